@@ -1,0 +1,1 @@
+"""Compiled kernels: arrays in, arrays and a status code out; nothing here imports the rest of recon."""

@@ -1,0 +1,147 @@
+"""The one gate: input is validated here, once, and nowhere else; and the errors the project raises."""
+
+from __future__ import annotations
+
+import importlib
+from types import ModuleType
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+# Admitted range: squares and their differences stay finite in float64.
+MAX_COORDINATE = 1e100
+MAX_WEIGHT = 1e200
+
+
+class ReconError(Exception):
+    """Base of every error this project raises on purpose."""
+
+
+class InvalidInput(ReconError, ValueError):
+    """The input is malformed: the message says what, where, and what was found."""
+
+
+class DegenerateInput(ReconError, ValueError):
+    """The input is well formed but has no answer: the message says why and what would help."""
+
+
+class MissingDependency(ReconError, ImportError):
+    """An optional package is missing: the message names the extra to install."""
+
+
+class StageError(ReconError, RuntimeError):
+    """An external stage (Open3D, MeshLab, …) failed; the original error is chained."""
+
+
+class CertificateError(ReconError, AssertionError):
+    """A guarantee does not hold: a bug of ours. The message names the first offender."""
+
+
+def as_points(points: ArrayLike, dimension: int | None = None, name: str = "points") -> NDArray[np.float64]:
+    """Validate points and give them as a C-contiguous float64 array.
+
+    Parameters
+    ----------
+    points : (n, d) array_like of float [L]
+    dimension : int, optional
+        The d that is asked for; any d >= 1 by default.
+    name : str
+        What the error message calls the array.
+
+    Returns
+    -------
+    (n, d) ndarray of float64
+        The array itself where it already has this form (never written to), else a copy.
+
+    Raises
+    ------
+    InvalidInput
+        Not numeric, not two-dimensional, wrong d, no rows, NaN or infinite rows, beyond the admitted range.
+    """
+    array = _as_float(points, name)
+    if array.ndim != 2:
+        raise InvalidInput(f"{name}: expected a two-dimensional array (n, d), got shape {array.shape}")
+    if array.shape[1] < 1 or (dimension is not None and array.shape[1] != dimension):
+        wanted = "at least 1" if dimension is None else dimension
+        raise InvalidInput(f"{name}: expected {wanted} columns, got {array.shape[1]}")
+    if len(array) == 0:
+        raise InvalidInput(f"{name}: empty, expected at least one row")
+    bad = np.flatnonzero(~np.isfinite(array).all(axis=1))
+    if len(bad):
+        raise InvalidInput(f"{name}: row {bad[0]} is not finite ({array[bad[0]]}), {len(bad)} such row(s) in all")
+    bad = np.flatnonzero((np.abs(array) > MAX_COORDINATE).any(axis=1))
+    if len(bad):
+        raise InvalidInput(f"{name}: row {bad[0]} has a coordinate beyond {MAX_COORDINATE:g}: {array[bad[0]]}")
+    return array
+
+
+def as_weights(weights: ArrayLike | None, n: int, name: str = "weights") -> NDArray[np.float64]:
+    """Validate one weight a point and give them as a C-contiguous float64 array.
+
+    Parameters
+    ----------
+    weights : (n,) array_like of float [L^2] or None
+        None means all zero.
+    n : int
+        The number of points.
+    name : str
+        What the error message calls the array.
+
+    Returns
+    -------
+    (n,) ndarray of float64
+
+    Raises
+    ------
+    InvalidInput
+        Not numeric, wrong shape, NaN or infinite, beyond the admitted range.
+    """
+    if weights is None:
+        return np.zeros(n)
+    array = _as_float(weights, name)
+    if array.shape != (n,):
+        raise InvalidInput(f"{name}: expected shape ({n},), one a point, got {array.shape}")
+    bad = np.flatnonzero(~(np.abs(array) <= MAX_WEIGHT))
+    if len(bad):
+        raise InvalidInput(f"{name}: entry {bad[0]} is not finite or beyond {MAX_WEIGHT:g}: {array[bad[0]]}")
+    return array
+
+
+def require(module: str, extra: str) -> ModuleType:
+    """Import an optional module, or say in one line which extra brings it.
+
+    Parameters
+    ----------
+    module : str
+        What to import, such as ``"open3d"``.
+    extra : str
+        The extra of this package that installs it.
+
+    Returns
+    -------
+    module
+
+    Raises
+    ------
+    MissingDependency
+        When the module is not installed.
+    """
+    try:
+        return importlib.import_module(module)
+    except ModuleNotFoundError as error:
+        if error.name is None or error.name.split(".")[0] != module.split(".")[0]:
+            raise
+        raise MissingDependency(
+            f"{module} is not installed; get it with: pip install 'weighted-alpha-recon[{extra}]'"
+        ) from error
+
+
+def _as_float(values: ArrayLike, name: str) -> NDArray[np.float64]:
+    """Give float64, C order; a numeric cast only, never a parse."""
+    try:
+        array = np.asarray(values)
+    except ValueError as error:
+        raise InvalidInput(f"{name}: not a rectangular array ({error})") from error
+    if array.dtype.kind not in "fiub":
+        raise InvalidInput(f"{name}: expected numbers, got dtype {array.dtype}")
+    return np.ascontiguousarray(array, dtype=np.float64)
