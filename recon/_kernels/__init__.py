@@ -1,1 +1,1 @@
-"""Compiled kernels: arrays in, arrays and a status code out; nothing here imports the rest of recon."""
+"""Array in, array out, status codes: the compiled kernels. Nothing here validates, raises, or imports anything of ours."""
