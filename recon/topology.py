@@ -1,0 +1,238 @@
+"""The topology of a triangle mesh, from its faces alone: no coordinate is looked at."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from .contracts import InvalidInput
+
+
+@dataclass(frozen=True, slots=True)
+class Topology:
+    """What the faces of a mesh are, counted.
+
+    Attributes
+    ----------
+    vertices, edges, faces : int
+        Vertices in use, distinct edges, and faces; degenerate faces are left out of everything but their own count.
+    euler : int
+        chi = vertices - edges + faces.
+    components : int
+        Connected pieces; two pieces that touch in one vertex are one.
+    genus : int or None
+        Number of handles, summed over the components; None where the mesh is not closed, manifold and orientable.
+    boundary_loops : int
+        Closed chains of open edges. At a vertex where several umbrellas meet, a loop stays with its umbrella.
+    open_edges : int
+        Edges of exactly one face.
+    nonmanifold_edges : int
+        Edges of three faces or more.
+    nonmanifold_vertices : int
+        Vertices whose faces fall into several umbrellas: faces that share an edge there are in the same one.
+    degenerate_faces : int
+        Faces that name a vertex twice.
+    duplicate_faces : int
+        Faces on the same three vertices as an earlier face, whatever their orientation.
+    orientable : bool
+        The faces can be turned so that each edge of two faces is walked once each way.
+    oriented : bool
+        They are so already.
+    closed : bool
+        There are faces, and every edge has an even number of them.
+    manifold : bool
+        No non-manifold edge or vertex; a boundary is allowed.
+    """
+
+    vertices: int
+    edges: int
+    faces: int
+    euler: int
+    components: int
+    genus: int | None
+    boundary_loops: int
+    open_edges: int
+    nonmanifold_edges: int
+    nonmanifold_vertices: int
+    degenerate_faces: int
+    duplicate_faces: int
+    orientable: bool
+    oriented: bool
+    closed: bool
+    manifold: bool
+
+
+def topology(faces: ArrayLike) -> Topology:
+    """Count what the faces of a mesh are.
+
+    Parameters
+    ----------
+    faces : (f, 3) array_like of int
+
+    Returns
+    -------
+    Topology
+
+    Raises
+    ------
+    InvalidInput
+        Not integers of shape (f, 3), or negative.
+
+    Notes
+    -----
+    One sort of the 3 f half-edges and three passes of connected components.
+
+    Examples
+    --------
+    >>> tetrahedron = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
+    >>> t = topology(tetrahedron)
+    >>> t.euler, t.genus, t.closed, t.manifold, t.oriented
+    (2, 0, True, True, True)
+    >>> t = topology(tetrahedron[1:])
+    >>> t.euler, t.genus, t.open_edges, t.boundary_loops
+    (1, None, 3, 1)
+    """
+    triangles = _as_triangles(faces)
+    given = len(triangles)
+    triangles = triangles[(triangles != np.roll(triangles, 1, axis=1)).all(axis=1)]
+    n, triangles = _compact(triangles)
+    f = len(triangles)
+    edges = _Edges(triangles, n)
+    pairs = edges.pairs()
+    oriented = bool((edges.forward[pairs[0]] != edges.forward[pairs[1]]).all())
+    orientable = oriented or _orientable(f, pairs, edges.forward)
+    umbrella, per_vertex = _umbrellas(triangles, n, edges)
+    nonmanifold_edges = int((edges.count > 2).sum())
+    nonmanifold_vertices = int((per_vertex > 1).sum())
+    closed = f > 0 and not (edges.count % 2).any()
+    manifold = nonmanifold_edges == 0 and nonmanifold_vertices == 0
+    components = _count_components(n, edges.low, edges.high)
+    euler = n - len(edges.count) + f
+    return Topology(
+        vertices=n,
+        edges=len(edges.count),
+        faces=f,
+        euler=euler,
+        components=components,
+        genus=components - euler // 2 if closed and manifold and orientable else None,
+        boundary_loops=_boundary_loops(edges, umbrella),
+        open_edges=int((edges.count == 1).sum()),
+        nonmanifold_edges=nonmanifold_edges,
+        nonmanifold_vertices=nonmanifold_vertices,
+        degenerate_faces=given - f,
+        duplicate_faces=_duplicates(triangles, n),
+        orientable=orientable,
+        oriented=oriented,
+        closed=closed,
+        manifold=manifold,
+    )
+
+
+def _as_triangles(faces: ArrayLike) -> NDArray[np.int64]:
+    """Give faces as (f, 3) int64, or say what they are."""
+    triangles = np.asarray(faces)
+    if triangles.size == 0:
+        return np.zeros((0, 3), np.int64)
+    if triangles.ndim != 2 or triangles.shape[1] != 3 or triangles.dtype.kind not in "iu":
+        raise InvalidInput(f"faces: expected integers of shape (f, 3), got {triangles.dtype} {triangles.shape}")
+    if triangles.min() < 0:
+        row = int(np.flatnonzero((triangles < 0).any(axis=1))[0])
+        raise InvalidInput(f"faces: row {row} is negative: {triangles[row]}")
+    return triangles.astype(np.int64)
+
+
+def _compact(triangles: NDArray[np.int64]) -> tuple[int, NDArray[np.int64]]:
+    """Number the vertices in use 0 .. n-1, in order."""
+    if len(triangles) == 0:
+        return 0, triangles
+    used = np.zeros(triangles.max() + 1, np.int64)
+    used[triangles.ravel()] = 1
+    number = np.cumsum(used) - 1
+    return int(number[-1]) + 1, number[triangles]
+
+
+class _Edges:
+    """The half-edges of a mesh sorted by undirected edge: `count` of each edge, `first` into `order`."""
+
+    def __init__(self, triangles: NDArray[np.int64], n: int):
+        # Half-edge h = 3 * face + j runs from corner j to corner j + 1.
+        start, end = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
+        self.forward = start < end
+        key = np.minimum(start, end) * n + np.maximum(start, end)
+        self.order = np.argsort(key)
+        key = key[self.order]
+        self.first = np.flatnonzero(np.diff(key, prepend=-1))
+        self.count = np.diff(self.first, append=len(key))
+        self.low, self.high = np.divmod(key[self.first], n) if n else (key, key)
+
+    def pairs(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """The two half-edges of each edge that has two."""
+        at = self.first[self.count == 2]
+        return self.order[at], self.order[at + 1]
+
+    def chains(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Half-edges that are next to each other in the list of the same edge."""
+        inside = np.ones(len(self.order), bool)
+        inside[self.first] = False
+        at = np.flatnonzero(inside)
+        return self.order[at - 1], self.order[at]
+
+
+def _head(half_edge: NDArray[np.int64]) -> NDArray[np.int64]:
+    """The corner that a half-edge runs to; the one it comes from has the half-edge's own number."""
+    return half_edge + np.where(half_edge % 3 == 2, -2, 1)
+
+
+def _labels(n: int, a: NDArray[np.int64], b: NDArray[np.int64]) -> tuple[int, NDArray[np.int32]]:
+    """Connected components of n nodes under links a - b."""
+    if n == 0:
+        return 0, np.zeros(0, np.int32)
+    graph = coo_array((np.ones(len(a), np.int8), (a, b)), shape=(n, n))
+    return connected_components(graph, directed=False)
+
+
+def _count_components(n: int, a: NDArray[np.int64], b: NDArray[np.int64]) -> int:
+    return int(_labels(n, a, b)[0])
+
+
+def _orientable(f: int, pairs: tuple[NDArray[np.int64], NDArray[np.int64]], forward: NDArray[np.bool_]) -> bool:
+    """No face is joined to its own reverse in the double cover."""
+    a, b = pairs
+    agree = forward[a] != forward[b]
+    a, b = a // 3, b // 3
+    links = (np.r_[a, a + f], np.r_[np.where(agree, b, b + f), np.where(agree, b + f, b)])
+    _, label = _labels(2 * f, *links)
+    return bool((label[:f] != label[f:]).all())
+
+
+def _umbrellas(triangles: NDArray[np.int64], n: int, edges: _Edges) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
+    """Label corners by umbrella, and count the umbrellas of each vertex."""
+    a, b = edges.chains()
+    same = edges.forward[a] == edges.forward[b]
+    links = (np.r_[a, _head(a)], np.r_[np.where(same, b, _head(b)), np.where(same, _head(b), b)])
+    count, label = _labels(3 * len(triangles), *links)
+    vertex = np.zeros(count, np.int64)
+    vertex[label] = triangles.ravel()
+    return label, np.bincount(vertex, minlength=n)
+
+
+def _boundary_loops(edges: _Edges, umbrella: NDArray[np.int32]) -> int:
+    """Components of the open edges, linked within umbrellas."""
+    half_edge = edges.order[edges.first[edges.count == 1]]
+    ends = np.r_[umbrella[half_edge], umbrella[_head(half_edge)]]
+    nodes, ends = np.unique(ends, return_inverse=True)
+    return _count_components(len(nodes), *np.split(ends, 2))
+
+
+def _duplicates(triangles: NDArray[np.int64], n: int) -> int:
+    """Faces on the vertices of an earlier face."""
+    low, middle, high = np.sort(triangles, axis=1).T
+    # n^3 overflows beyond 2 million vertices: rank the pairs first, by a sort that keeps equal pairs together.
+    order = np.argsort(low * n + middle)
+    pair = np.cumsum(np.diff((low * n + middle)[order], prepend=-1) != 0)
+    key = np.sort(pair * n + high[order])
+    return int((np.diff(key) == 0).sum())
