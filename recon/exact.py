@@ -17,41 +17,57 @@ from numpy.typing import NDArray
 _EPS = 2.0**-52  # twice the unit roundoff: covers the rounding of the bound's own last term
 _GROW = 1.0 + 2.0**-49  # covers the rounding of the bound's other terms
 _TINY = 1e-321  # covers underflow, in the product and in its bound
+_WHOLE = 2.0**53  # whole numbers below this are exact
 _CHUNK = 1 << 17  # rows at a time: the scratch arrays stay near the processor
 
 Formula = Callable[..., Any]
 
 
 class Rounded:
-    """Float64 numbers with a bound of their absolute error (running error analysis)."""
+    """Float64 numbers with a bound of their absolute error (running error analysis).
 
-    __slots__ = ("error", "value")
+    Where the numbers that all comes from are `whole`, results below 2^53 have no error at all; nor has a product with zero.
+    """
 
-    def __init__(self, value: NDArray[np.float64], error: NDArray[np.float64] | float = 0.0):
+    __slots__ = ("error", "value", "whole")
+
+    def __init__(self, value: NDArray[np.float64], error: NDArray[np.float64] | float = 0.0, whole: bool = False):
         self.value = value
         self.error = error
+        self.whole = whole
 
     def __add__(self, other: Rounded) -> Rounded:
-        value = self.value + other.value
-        return Rounded(value, (self.error + other.error) * _GROW + _EPS * np.abs(value))
+        return self._sum(self.value + other.value, other)
 
     def __sub__(self, other: Rounded) -> Rounded:
-        value = self.value - other.value
-        return Rounded(value, (self.error + other.error) * _GROW + _EPS * np.abs(value))
+        return self._sum(self.value - other.value, other)
 
     def __mul__(self, other: Rounded) -> Rounded:
         value = self.value * other.value
         here, there = np.abs(self.value), np.abs(other.value)
         error = (here * other.error + there * self.error + self.error * other.error) * _GROW
-        return Rounded(value, error + (_EPS * np.abs(value) + _TINY))
+        zero = (here + self.error == 0.0) | (there + other.error == 0.0)
+        return self._rounded(value, np.where(zero, 0.0, error + _TINY), other)
 
     def __neg__(self) -> Rounded:
-        return Rounded(-self.value, self.error)
+        return Rounded(-self.value, self.error, self.whole)
 
     def sign(self) -> tuple[NDArray[np.int8], NDArray[np.bool_]]:
         """The signs, and where they are certain; infinite and NaN are not."""
-        certain = np.abs(self.value) > self.error
+        size = np.abs(self.value)
+        certain = (size > self.error) | ((size == 0.0) & (self.error == 0.0))
         return np.sign(np.where(certain, self.value, 0.0)).astype(np.int8), certain
+
+    def _sum(self, value: NDArray[np.float64], other: Rounded) -> Rounded:
+        return self._rounded(value, (self.error + other.error) * _GROW, other)
+
+    def _rounded(self, value: NDArray[np.float64], error: NDArray[np.float64] | float, other: Rounded) -> Rounded:
+        size = np.abs(value)
+        total = error + _EPS * size
+        if not (self.whole and other.whole):
+            return Rounded(value, total)
+        exact = (size < _WHOLE) & (self.error == 0.0) & (other.error == 0.0)
+        return Rounded(value, np.where(exact, 0.0, total), True)
 
 
 def determinant(matrix: list[list[Any]]) -> Any:
@@ -120,6 +136,8 @@ class Cloud:
         self.weights = np.zeros(len(points)) if weights is None else weights
         self.axes = tuple(range(points.shape[1])) if axes is None else axes
         self._exponent = min(_lowest_bit(self.points), _lowest_bit(self.weights) // 2)
+        span = np.ldexp(np.abs(self.points).max(initial=0.0), -max(self._exponent, -1000))
+        self._whole = bool(span < _WHOLE) and self._exponent > -1000
 
     def sign(self, formula: Formula, *rows: NDArray[np.integer]) -> NDArray[np.int8]:
         """Give the exact sign of a homogeneous formula of spots.
@@ -196,7 +214,10 @@ class Cloud:
         return sign
 
     def _rounded(self, rows: NDArray[np.integer]) -> Spot:
-        return Spot([Rounded(column) for column in self.points[rows].T], Rounded(self.weights[rows]))
+        points, weights = self.points[rows], self.weights[rows]
+        if self._whole:
+            points, weights = np.ldexp(points, -self._exponent), np.ldexp(weights, -2 * self._exponent)
+        return Spot([Rounded(x, 0.0, self._whole) for x in points.T], Rounded(weights, 0.0, self._whole))
 
     def _integer(self, rows: NDArray[np.integer]) -> Spot:
         return Spot(
@@ -206,13 +227,20 @@ class Cloud:
 
 
 def _lowest_bit(values: NDArray[np.float64]) -> int:
-    """An exponent e such that every value is an integer times 2^e."""
-    exponents = np.frexp(values[values != 0])[1]
-    return int(exponents.min()) - 53 if exponents.size else 0
+    """The largest exponent e such that every value is an integer times 2^e; 0 where all are zero."""
+    mantissa, power = np.frexp(values[values != 0])
+    if mantissa.size == 0:
+        return 0
+    whole = (mantissa * 2.0**53).astype(np.int64)
+    zeros = np.frexp((whole & -whole).astype(np.float64))[1] - 1
+    return int((power - 53 + zeros).min())
 
 
 def _integers(values: NDArray[np.float64], exponent: int) -> NDArray[np.object_]:
     """The values over 2^exponent, as Python integers."""
     mantissa, power = np.frexp(values)
-    shift = np.where(values == 0, 0, power.astype(np.int64) - 53 - exponent)
-    return (mantissa * 2.0**53).astype(np.int64).astype(object) << shift.astype(object)
+    shift = power.astype(np.int64) - 53 - exponent
+    whole = (mantissa * 2.0**53).astype(np.int64)
+    # A mantissa ends in as many zeros as a negative shift takes away.
+    whole >>= np.minimum(np.maximum(-shift, 0), 63)
+    return whole.astype(object) << np.where(values == 0, 0, np.maximum(shift, 0)).astype(object)
