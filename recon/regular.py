@@ -46,7 +46,12 @@ class RegularTriangulation:
 
 
 def regular_triangulation(points: ArrayLike, weights: ArrayLike | None = None) -> RegularTriangulation:
-    """Triangulate weighted points regularly.
+    """Triangulate weighted points regularly: the lower convex hull of their lifted images, dual to the power diagram.
+
+    Exact for the float64 input as given, whatever its position. Ties are broken by raising the weights by
+    infinitesimals, more for lower rows: among points of one orthosphere, and among equal points, the lower row wins. So
+    the result does not depend on any order of computation. Points that span less than d dimensions are triangulated in
+    their affine hull.
 
     Parameters
     ----------
@@ -56,10 +61,38 @@ def regular_triangulation(points: ArrayLike, weights: ArrayLike | None = None) -
     Returns
     -------
     RegularTriangulation
+
+    Raises
+    ------
+    InvalidInput
+        Where the arrays are malformed, not finite, or beyond the admitted range.
+
+    Notes
+    -----
+    Paper, section 3 and appendix B. Incremental insertion up to d = 3, in expected time near O(n log n) for points that
+    sample a surface or a volume; the lower hull by Qhull beyond.
+
+    Examples
+    --------
+    >>> triangulation = regular_triangulation([[0, 0], [1, 0], [0, 1], [1, 1], [0.5, 0.1]], [0, 0, 0, 0, -1])
+    >>> triangulation.cells.tolist(), triangulation.hidden.tolist()
+    ([[0, 1, 3], [0, 3, 2]], [4])
     """
-    locations = as_points(points)
-    w = as_weights(weights, len(locations))
-    return _lower_hull(locations, w)
+    located = as_points(points)
+    w = as_weights(weights, len(located))
+    if located.shape[1] > 3:
+        return _lower_hull(located, w)
+    from ._kernels.triangulate import triangulate  # numba takes a while to load
+
+    cells, neighbors = triangulate(located, w)
+    return RegularTriangulation(located, w, cells, neighbors, _hidden(len(located), cells))
+
+
+def _hidden(n: int, cells: NDArray) -> NDArray[np.int64]:
+    """Rows that no cell has, ascending."""
+    unused = np.ones(n, bool)
+    unused[cells.ravel()] = False
+    return np.flatnonzero(unused)
 
 
 def _lower_hull(points: NDArray, weights: NDArray) -> RegularTriangulation:
@@ -77,5 +110,4 @@ def _lower_hull(points: NDArray, weights: NDArray) -> RegularTriangulation:
     flip = np.linalg.det(edges) < 0
     cells[flip, :2] = cells[flip, 1::-1]
     neighbors[flip, :2] = neighbors[flip, 1::-1]
-    hidden = np.setdiff1d(np.arange(n), cells)
-    return RegularTriangulation(points, weights, cells, neighbors, hidden)
+    return RegularTriangulation(points, weights, cells, neighbors, _hidden(n, cells))

@@ -14,19 +14,21 @@ import sys
 from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numba
-from numba.core import config, event
+from numba.core import config as numba_config
+from numba.core import event
 from numba.core.compiler_lock import global_compiler_lock
 from numba.misc.appdirs import AppDirs
 
+config: Any = numba_config  # filled at run time
 HERE = Path(__file__).resolve().parent
 _KERNEL_IMPORT = re.compile(r"^\s*from (\.|recon\._kernels\.)(\w+) import", re.MULTILINE)
 _OURS: set[int] = set()  # ids of our dispatchers, which live as long as the process
 
 
-def kernel(function: Callable | None = None, *, inline: str = "never") -> Any:
+def kernel(function: Callable | None = None, *, inline: Literal["never", "always"] = "never") -> Any:
     """Compile a function to machine code on first use (numba), without the interpreter lock, exact arithmetic untouched.
 
     Parameters
