@@ -132,6 +132,36 @@ def topology(faces: ArrayLike) -> Topology:
     )
 
 
+def patches(faces: ArrayLike) -> NDArray[np.int64]:
+    """Label faces by patch: faces are in the same one where a chain of edges of exactly two faces joins them.
+
+    Within a patch, and nowhere else, the orientation of one face decides that of all.
+
+    Parameters
+    ----------
+    faces : (f, 3) array_like of int
+
+    Returns
+    -------
+    (f,) ndarray of int64
+        0, 1, ... in the order of their first faces; -1 for degenerate faces.
+
+    Examples
+    --------
+    >>> patches([[0, 1, 2], [5, 6, 7], [2, 1, 3], [4, 4, 0]]).tolist()
+    [0, 1, 0, -1]
+    """
+    triangles = _as_triangles(faces)
+    whole = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
+    n, compact = _compact(triangles[whole])
+    a, b = _Edges(compact, n).pairs()
+    label = _labels(len(compact), a // 3, b // 3)[1]
+    first, inverse = np.unique(label, return_index=True, return_inverse=True)[1:]
+    result = np.full(len(triangles), -1)
+    result[whole] = np.argsort(np.argsort(first))[inverse]
+    return result
+
+
 def _as_triangles(faces: ArrayLike) -> NDArray[np.int64]:
     """Give faces as (f, 3) int64, or say what they are."""
     triangles = np.asarray(faces)
