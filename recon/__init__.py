@@ -25,6 +25,8 @@ _PUBLIC = {
     "read_points": "io",
     "read_mesh": "io",
     "write_mesh": "io",
+    "write_points": "io",
+    "PointCloud": "io",
     "ReconError": "contracts",
     "InvalidInput": "contracts",
     "DegenerateInput": "contracts",

@@ -1,0 +1,134 @@
+"""Bytes in and bytes out: whole files or standard streams, written whole or not at all."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import stat
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import BinaryIO
+
+from ..contracts import InvalidInput
+
+STREAM = "-"
+
+
+def display_name(path: str | os.PathLike[str], stream: str = "standard input") -> str:
+    """Give what messages call a path."""
+    return stream if os.fspath(path) == STREAM else os.fspath(path)
+
+
+def read_bytes(path: str | os.PathLike[str]) -> bytes:
+    """Read a whole file, or standard input for ``-``.
+
+    Raises
+    ------
+    InvalidInput
+        Missing, a folder, not readable, empty.
+    """
+    name = display_name(path)
+    try:
+        data = sys.stdin.buffer.read() if os.fspath(path) == STREAM else Path(path).read_bytes()
+    except FileNotFoundError as error:
+        raise InvalidInput(f"{name}: no such file") from error
+    except IsADirectoryError as error:
+        raise InvalidInput(f"{name}: is a folder, a file was expected") from error
+    except (OSError, ValueError) as error:
+        raise InvalidInput(f"{ascii(name)[1:-1]}: cannot be read ({_reason(error)})") from error
+    if not data:
+        raise InvalidInput(f"{name}: is empty")
+    return data
+
+
+def check_writable(path: str | os.PathLike[str]) -> None:
+    """See that a file can be written, before the work that it is to hold.
+
+    Raises
+    ------
+    InvalidInput
+        A folder, in a folder that does not exist or where nothing can be made, or a file that is write-protected.
+    """
+    name = os.fspath(path)
+    if name == STREAM:
+        return
+    if not name or "\0" in name:
+        raise InvalidInput(f"{name!r}: is no file name")
+    target = os.path.realpath(name)
+    folder = os.path.dirname(target)
+    if os.path.isdir(target) or name.endswith(("/", os.sep)):
+        raise InvalidInput(f"{name}: is a folder, name a file in it")
+    if not os.path.isdir(folder):
+        raise InvalidInput(f"{name}: cannot be written, there is no folder {folder}")
+    if os.path.exists(target) and not os.access(target, os.W_OK):
+        raise InvalidInput(f"{name}: is write-protected")
+    if _is_regular(target):
+        try:
+            handle, probe = tempfile.mkstemp(prefix=".recon-", dir=folder)
+        except OSError as error:
+            raise InvalidInput(f"{name}: cannot be written ({_reason(error)})") from error
+        os.close(handle)
+        os.unlink(probe)
+
+
+@contextlib.contextmanager
+def whole_file(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
+    """Open a file that appears under its name only when it is complete.
+
+    It is written beside its place under another name, flushed to disk and renamed; whatever stops the writing, Ctrl-C
+    too, leaves nothing behind and an older file as it was. ``-`` is standard output; devices and pipes are written
+    directly.
+
+    Raises
+    ------
+    InvalidInput
+        The file cannot be written.
+    """
+    if os.fspath(path) == STREAM:
+        yield sys.stdout.buffer
+        sys.stdout.buffer.flush()
+        return
+    target = os.path.realpath(path)
+    if not _is_regular(target):
+        with open(target, "wb") as file:
+            yield file
+        return
+    check_writable(path)
+    handle, temporary = tempfile.mkstemp(prefix=".recon-", suffix=".part", dir=os.path.dirname(target))
+    try:
+        with os.fdopen(handle, "wb") as file:
+            yield file
+            file.flush()
+            os.fsync(file.fileno())
+        os.chmod(temporary, _mode(target))
+        os.replace(temporary, target)
+    except OSError as error:
+        _discard(temporary)
+        raise InvalidInput(f"{os.fspath(path)}: cannot be written ({_reason(error)})") from error
+    except BaseException:
+        _discard(temporary)
+        raise
+
+
+def _discard(temporary: str) -> None:
+    with contextlib.suppress(FileNotFoundError):
+        os.unlink(temporary)
+
+
+def _is_regular(target: str) -> bool:
+    return not os.path.exists(target) or stat.S_ISREG(os.stat(target).st_mode)
+
+
+def _mode(target: str) -> int:
+    """Give the permissions of the file that is replaced, else those of any new file."""
+    if os.path.exists(target):
+        return stat.S_IMODE(os.stat(target).st_mode)
+    mask = os.umask(0)
+    os.umask(mask)
+    return 0o666 & ~mask
+
+
+def _reason(error: Exception) -> str:
+    return getattr(error, "strerror", None) or str(error)
