@@ -1,0 +1,16 @@
+"""Weights for weighted alpha shapes, from the local spacing of the samples.
+
+>>> import numpy as np, weighting
+>>> grid = np.stack(np.meshgrid(np.arange(9.0), np.arange(9.0), [0.0]), axis=-1).reshape(-1, 3)
+>>> hood = weighting.neighbors(grid)                     # one query serves every term
+>>> weights = weighting.adaptive_weights(hood)
+>>> weights.shape, bool(0.5 < weights[40] < 1.5)
+((81,), True)
+"""
+
+from .adaptive import adaptive_weights
+from .density import spacing
+from .grading import graded
+from .neighborhood import Neighborhood, neighbors
+
+__all__ = ["Neighborhood", "adaptive_weights", "graded", "neighbors", "spacing"]
