@@ -66,9 +66,12 @@ def write(file: BinaryIO, points: NDArray[np.float64], faces: NDArray[np.int32])
         block["normal"], block["corners"] = normals, corners
         file.write(b"binary STL".ljust(80, b" ") + len(faces).to_bytes(4, "little") + block.tobytes())
         return
-    pattern = "facet normal %.6g %.6g %.6g\nouter loop\n" + "vertex %r %r %r\n" * 3 + "endloop\nendfacet\n"
-    rows = np.column_stack([normals, corners.reshape(-1, 9)]).tolist()
-    file.write(b"solid recon\n" + "".join([pattern % tuple(row) for row in rows]).encode() + b"endsolid recon\n")
+    vertices = [f"vertex {x!r} {y!r} {z!r}\n" for x, y, z in points.tolist()]
+    facets = [
+        f"facet normal {x:.6g} {y:.6g} {z:.6g}\nouter loop\n{vertices[a]}{vertices[b]}{vertices[c]}endloop\nendfacet\n"
+        for (x, y, z), (a, b, c) in zip(normals.tolist(), faces.tolist())
+    ]
+    file.write(f"solid recon\n{''.join(facets)}endsolid recon\n".encode())
 
 
 def _ascii(data: bytes, name: str) -> NDArray[np.float64]:
