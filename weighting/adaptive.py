@@ -7,13 +7,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from .density import ROUNDS, spacing
 from .grading import THETA, graded
-from .neighborhood import DEFAULT_K, Neighborhood, neighbors
+from .neighborhood import RING, Neighborhood, neighbors
 
 
 def adaptive_weights(
     points: ArrayLike | Neighborhood,
     *,
-    k: int = DEFAULT_K,
+    k: int = RING,
     rounds: int = ROUNDS,
     theta: float = THETA,
     threads: int | None = None,

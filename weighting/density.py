@@ -7,13 +7,13 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import gamma
 
 from ._kernels import smooth
-from .neighborhood import DEFAULT_K, Neighborhood, neighbors
+from .neighborhood import RING, Neighborhood, neighbors
 
 ROUNDS = 4
 
 
 def spacing(
-    points: ArrayLike | Neighborhood, k: int = DEFAULT_K, rounds: int = ROUNDS, *, threads: int | None = None
+    points: ArrayLike | Neighborhood, k: int = RING, rounds: int = ROUNDS, *, threads: int | None = None
 ) -> NDArray[np.float64]:
     """Estimate the local distance between samples of a surface, such that one sample owns spacing^2 of its area.
 
@@ -54,11 +54,11 @@ def spacing(
     """
     hood = neighbors(points, k, threads=threads)
     if hood.k == 0:
-        return hood.per_input_row(np.zeros(len(hood.points)))
+        return np.zeros(len(hood.inverse))
     k = min(k, hood.k)
     m = max(hood.points.shape[1] - 1, 1)
     ball = np.pi ** (m / 2) / gamma(m / 2 + 1)
     logs = np.log((ball / k) ** (1 / m) * hood.distance[:, k - 1])
     for _ in range(rounds):
         logs = smooth(logs, hood.index, k)
-    return hood.per_input_row(np.exp(logs))
+    return np.exp(logs)[hood.inverse]

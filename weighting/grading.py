@@ -8,13 +8,13 @@ from numpy.typing import ArrayLike, NDArray
 from recon.contracts import as_weights
 
 from ._kernels import relax
-from .neighborhood import DEFAULT_K, Neighborhood, neighbors
+from .neighborhood import RING, Neighborhood, neighbors
 
 THETA = 0.5
 
 
 def graded(
-    points: ArrayLike | Neighborhood, weights: ArrayLike, theta: float = THETA, k: int = DEFAULT_K
+    points: ArrayLike | Neighborhood, weights: ArrayLike, theta: float = THETA, k: int = RING
 ) -> NDArray[np.float64]:
     """Lower weights until they differ by at most theta |p_i - p_j|^2 between neighbours: the greatest such weights.
 
@@ -38,14 +38,16 @@ def graded(
     A point j is hidden by i alone where w_i > w_j + |p_i - p_j|^2. The fixed point is unique, whatever the order.
     """
     hood = neighbors(points, k)
-    values = as_weights(weights, len(hood.points) if hood.inverse is None else len(hood.inverse)).copy()
-    if hood.inverse is not None:
-        lowest = np.full(len(hood.points), np.inf)
+    values = as_weights(weights, len(hood.inverse))
+    lowest = values[hood.rows]
+    if len(lowest) < len(values):
         np.minimum.at(lowest, hood.inverse, values)
-        values = lowest
-    k = min(k, hood.k)
-    if k:
-        order = np.argsort(values, kind="stable")
-        while relax(values, hood.index, hood.distance, k, theta, order):
-            pass
-    return hood.per_input_row(values)
+    return lowered(hood, lowest, theta, min(k, hood.k))[hood.inverse]
+
+
+def lowered(hood: Neighborhood, values: NDArray[np.float64], theta: float, k: int) -> NDArray[np.float64]:
+    """Grade the weights of distinct points, in place."""
+    order = np.argsort(values, kind="stable")  # from low to high most of it is done in one sweep
+    while relax(values, hood.index, hood.distance, k, theta, order):
+        pass
+    return values

@@ -10,44 +10,46 @@ from scipy.spatial import cKDTree
 
 from recon.contracts import InvalidInput, as_points
 
-DEFAULT_K = 8
+from ._kernels import curve_keys
+
+RING = 8  # neighbours: one ring around a sample of a surface
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Neighborhood:
-    """Distinct points and their nearest neighbours.
+    """Distinct points, along a space filling curve, and the nearest neighbours of each.
+
+    The order depends on the positions alone, not on that of the input, and so does everything computed from it.
 
     Attributes
     ----------
     points : (m, d) ndarray of float64 [L]
-        The distinct points, in the order of their first input row.
     index : (m, k) ndarray of int32
         Rows of `points`, nearest first, never the point itself.
     distance : (m, k) ndarray of float64 [L]
-    inverse : (n,) ndarray of int64, or None
-        The row of `points` that each input row is; None where the input had no duplicates.
+    rows : (m,) ndarray of int64
+        The first input row of each point.
+    inverse : (n,) ndarray of int64
+        The row of `points` that each input row is.
     """
 
     points: NDArray[np.float64]
     index: NDArray[np.int32]
     distance: NDArray[np.float64]
-    inverse: NDArray[np.int64] | None
+    rows: NDArray[np.int64]
+    inverse: NDArray[np.int64]
 
     @property
     def k(self) -> int:
         """Number of neighbours of every point: what was asked for, or all the others where there are fewer."""
         return self.index.shape[1]
 
-    def per_input_row(self, values: NDArray) -> NDArray:
-        """Hand the values of distinct points to the input rows."""
-        return values if self.inverse is None else values[self.inverse]
-
     def __repr__(self) -> str:
-        m, d = self.points.shape
-        return f"Neighborhood({m} distinct points in {d}-D, k={self.k})"
+        (m, d), n = self.points.shape, len(self.inverse)
+        return f"Neighborhood({n} points in {d}-D, {m} of them distinct, k={self.k})"
 
 
-def neighbors(points: ArrayLike | Neighborhood, k: int = DEFAULT_K, *, threads: int | None = None) -> Neighborhood:
+def neighbors(points: ArrayLike | Neighborhood, k: int = RING, *, threads: int | None = None) -> Neighborhood:
     """Find the k nearest neighbours of every point among the distinct points.
 
     Parameters
@@ -69,7 +71,15 @@ def neighbors(points: ArrayLike | Neighborhood, k: int = DEFAULT_K, *, threads: 
 
     Notes
     -----
-    k-d tree, O(n log n). Which of several equally distant points comes first is unspecified but always the same.
+    k-d tree, O(n log n). Which of equally distant neighbours comes first, or in at all, depends on nothing but positions.
+
+    Examples
+    --------
+    >>> hood = neighbors([[0.0, 0.0], [3.0, 0.0], [1.0, 0.0], [3.0, 0.0]], k=1)
+    >>> hood
+    Neighborhood(4 points in 2-D, 3 of them distinct, k=1)
+    >>> hood.distance[hood.inverse, 0].tolist(), hood.points[hood.index[hood.inverse, 0]].tolist()
+    ([1.0, 2.0, 1.0, 2.0], [[1.0, 0.0], [1.0, 0.0], [0.0, 0.0], [1.0, 0.0]])
     """
     if k < 1:
         raise InvalidInput(f"k: expected at least 1 neighbour, got {k}")
@@ -77,52 +87,44 @@ def neighbors(points: ArrayLike | Neighborhood, k: int = DEFAULT_K, *, threads: 
         if points.k < min(k, len(points.points) - 1):
             raise InvalidInput(f"points: a neighbourhood of {points.k} neighbours, but {k} are needed")
         return points
-    located = as_points(points)
-    distinct, inverse = _distinct(located)
+    distinct, rows, inverse = _distinct(as_points(points) + 0.0)  # -0.0 is 0.0
     k = min(k, len(distinct) - 1)
     if k == 0:
-        return Neighborhood(distinct, np.empty((len(distinct), 0), np.int32), np.empty((len(distinct), 0)), inverse)
-    scale = np.exp2(-np.ceil(np.log2(np.abs(distinct).max())))  # exact; keeps squares in range
-    tree = cKDTree(distinct * scale, balanced_tree=False)  # a median split is quadratic on quantised coordinates
+        return Neighborhood(distinct, np.empty((1, 0), np.int32), np.empty((1, 0)), rows, inverse)
+    scale = 2.0 ** -np.frexp(np.abs(distinct).max())[1]  # exact, and squares stay in range
+    tree = cKDTree(distinct * scale, balanced_tree=False)  # a median split is slow on quantised coordinates
     distance, index = tree.query(tree.data, k + 1, workers=-1 if threads is None else threads)
-    return Neighborhood(distinct, *_without_self(index, distance / scale), inverse)
+    index, distance = _without_self(index.astype(np.int32), distance / scale)
+    return Neighborhood(distinct, index, distance, rows, inverse)
+
+
+def _distinct(points: NDArray) -> tuple[NDArray, NDArray[np.int64], NDArray[np.int64]]:
+    """Distinct points along the curve, then by coordinates; the first row of each; which of them each row is."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    keys = curve_keys(points, low, (high - low).max() or 1.0)
+    order = np.argsort(keys, kind="stable")
+    keys, located = keys[order], points[order]
+    tied = keys[1:] == keys[:-1]
+    if not tied.any():
+        inverse = np.empty(len(points), np.int64)
+        inverse[order] = np.arange(len(points))
+        return located, order, inverse
+    crowd = np.flatnonzero(np.append(tied, False) | np.append(False, tied))
+    by_position = np.lexsort((*located[crowd].T[::-1], keys[crowd]))  # stable: rows of equal points ascend
+    order[crowd] = order[crowd][by_position]
+    located[crowd] = located[crowd][by_position]
+    fresh = np.ones(len(points), bool)
+    fresh[1:] = (located[1:] != located[:-1]).any(axis=1)
+    inverse = np.empty(len(points), np.int64)
+    inverse[order] = np.cumsum(fresh) - 1
+    return located[fresh], order[fresh], inverse
 
 
 def _without_self(index: NDArray, distance: NDArray) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
-    """Drop the point itself from its neighbours: first, but where distances underflow."""
-    rows = np.arange(len(index))
-    late = np.flatnonzero(index[:, 0] != rows)
-    for i in late:
-        own = np.flatnonzero(index[i] == i)
-        at = own[0] if len(own) else -1
-        index[i, 1 : at + 1 or None] = index[i, : at or None] if at > 0 else index[i, :-1]
-    return np.ascontiguousarray(index[:, 1:], dtype=np.int32), np.ascontiguousarray(distance[:, 1:])
-
-
-def _distinct(points: NDArray) -> tuple[NDArray, NDArray[np.int64] | None]:
-    """Distinct points by first row, and which of them each row is; no inverse where all are distinct."""
-    points = points + 0.0  # -0.0 is 0.0
-    keys = _hash(points)
-    keys.sort()
-    if len(keys) < 2 or (keys[1:] != keys[:-1]).all():
-        return points, None
-    order = np.lexsort(points.T[::-1])
-    fresh = np.ones(len(points), bool)
-    fresh[1:] = (points[order[1:]] != points[order[:-1]]).any(axis=1)
-    group = np.cumsum(fresh) - 1
-    first = np.minimum.reduceat(order, np.flatnonzero(fresh))
-    rank = np.empty(len(first), np.int64)
-    rank[np.argsort(first)] = np.arange(len(first))
-    inverse = np.empty(len(points), np.int64)
-    inverse[order] = rank[group]
-    return points[np.sort(first)], inverse
-
-
-def _hash(points: NDArray) -> NDArray[np.uint64]:
-    """Mix the bits of each row; equal rows have equal keys."""
-    key = np.zeros(len(points), np.uint64)
-    for column in points.T:
-        key ^= np.ascontiguousarray(column).view(np.uint64)
-        key *= np.uint64(0x9E3779B97F4A7C15)
-        key ^= key >> np.uint64(29)
-    return key
+    """Drop the point itself from its neighbours: the first, unless distances underflow to zero."""
+    own = index == np.arange(len(index), dtype=np.int32)[:, None]
+    if not own[:, 0].all():
+        own[~own.any(axis=1), -1] = True
+        m, k = index.shape[0], index.shape[1] - 1
+        return index[~own].reshape(m, k), distance[~own].reshape(m, k)
+    return np.ascontiguousarray(index[:, 1:]), np.ascontiguousarray(distance[:, 1:])
