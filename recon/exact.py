@@ -165,6 +165,11 @@ class Cloud:
             result[start : start + _CHUNK] = sign
         return result
 
+    def sign_of_sum(self, formula: Formula, *rows: NDArray[np.integer]) -> int:
+        """Give the exact sign of the sum of a homogeneous formula over all rows, by integers alone."""
+        total = int(np.sum(formula(*(self._integer(r) for r in rows))))
+        return (total > 0) - (total < 0)
+
     def orient(self, *corners: Spot) -> Any:
         """Orientation of d+1 spots along the axes: positive for a positive cell."""
         first, *others = corners
