@@ -287,7 +287,7 @@ def test_ply_ascii_keeps_digits_beyond_its_declared_float(tmp_path):
 @pytest.mark.parametrize(("fmt", "order"), [("binary_little_endian", "<"), ("binary_big_endian", ">"), ("ascii", "")])
 def test_ply_lists_of_unequal_length_are_read_in_any_byte_order(tmp_path, fmt, order):
     rows = [(0.5, 1, 2, [7, 8]), (3, 4, 5, []), (6, 7, 8, [9]), (1, 1, 1, [3, 2])]
-    polygons = [[0, 1, 2], [0, 1, 2, 3], [3, 2, 1]]
+    polygons = [[0, 1, 2, 3], [0, 1, 2], [3, 2, 1]]  # the longest first
     head = (
         "element camera 1\nproperty int id\nelement vertex 4\nproperty float x\nproperty double y\nproperty short z\n"
         "property list ushort int near\nproperty uchar tag\n"
@@ -308,7 +308,7 @@ def test_ply_lists_of_unequal_length_are_read_in_any_byte_order(tmp_path, fmt, o
     cloud = recon.read_points(path)
     assert cloud.points.tolist() == [[0.5, 1, 2], [3, 4, 5], [6, 7, 8], [1, 1, 1]]
     assert cloud.attributes["tag"].tolist() == [1, 1, 1, 1]
-    assert recon.read_mesh(path).faces.tolist() == [[0, 1, 2], [0, 1, 2], [0, 2, 3], [3, 2, 1]]
+    assert recon.read_mesh(path).faces.tolist() == [[0, 1, 2], [0, 2, 3], [0, 1, 2], [3, 2, 1]]
 
 
 def test_ply_lists_of_equal_length_are_an_attribute(tmp_path):

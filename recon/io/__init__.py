@@ -15,7 +15,16 @@ from .cloud import Content, PointCloud
 from .files import STREAM, check_writable, display_name, read_bytes, whole_file
 from .lines import count_of
 
-__all__ = ["PointCloud", "check_writable", "read_mesh", "read_points", "read_weights", "write_mesh", "write_points"]
+__all__ = [
+    "PointCloud",
+    "check_writable",
+    "read",
+    "read_mesh",
+    "read_points",
+    "read_weights",
+    "write_mesh",
+    "write_points",
+]
 
 Path = str | os.PathLike[str]
 
@@ -79,17 +88,28 @@ def read_mesh(path: Path, *, format: str | None = None) -> Mesh:
     """
     name = display_name(path)
     content = formats.read(read_bytes(path), name, _extension(path), format)
-    if content.polygons is None or len(content.polygons) == 0:
+    if not _has_faces(content):
         raise InvalidInput(f"{name}: has no faces, a mesh was expected; recon reconstruct makes one from points")
-    if content.points.shape[1] != 3:
-        raise InvalidInput(f"{name}: a mesh needs vertices x y z, there is no z")
-    cloud = _checked(content, name, False)
-    faces = _triangles(content, name)
-    attributes = dict(cloud.attributes)
-    source = attributes.pop("vertex_source", None)
-    if source is not None and source.shape != (len(cloud),):
-        raise InvalidInput(f"{name}: vertex_source is not one number a vertex")
-    return Mesh.from_arrays(cloud.points, faces, source, attributes)
+    return _mesh(content, name)
+
+
+def read(path: Path, *, format: str | None = None, drop_invalid: bool = False) -> Mesh | PointCloud:
+    """Read a file as a mesh if it has faces, else as points; see `read_mesh` and `read_points`.
+
+    Parameters
+    ----------
+    path : path, or ``"-"`` for standard input
+    format : str, optional
+    drop_invalid : bool
+        For points only.
+
+    Returns
+    -------
+    Mesh or PointCloud
+    """
+    name = display_name(path)
+    content = formats.read(read_bytes(path), name, _extension(path), format)
+    return _mesh(content, name) if _has_faces(content) else _checked(content, name, drop_invalid)
 
 
 def read_weights(path: Path, n: int) -> NDArray[np.float64]:
@@ -192,6 +212,22 @@ def write_points(
     with whole_file(path) as file:
         formats.write_points(file, kind, array, {key: carried[key] for key in kept})
     return tuple(key for key in carried if key not in kept)
+
+
+def _has_faces(content: Content) -> bool:
+    return content.polygons is not None and len(content.polygons) > 0
+
+
+def _mesh(content: Content, name: str) -> Mesh:
+    if content.points.shape[1] != 3:
+        raise InvalidInput(f"{name}: a mesh needs vertices x y z, there is no z")
+    cloud = _checked(content, name, False)
+    faces = _triangles(content, name)
+    attributes = dict(cloud.attributes)
+    source = attributes.pop("vertex_source", None)
+    if source is not None and source.shape != (len(cloud),):
+        raise InvalidInput(f"{name}: vertex_source is not one number a vertex")
+    return Mesh.from_arrays(cloud.points, faces, source, attributes)
 
 
 def _extension(path: Path) -> str:
