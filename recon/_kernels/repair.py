@@ -1,0 +1,573 @@
+"""Local search on the sides of nodes until every sample has exactly one umbrella of surface facets.
+
+Energy = BURIED for each sample with one side missing + PINCH for each umbrella beyond the first + TOPOLOGY for each
+component and handle + WALL * radius^2 for each surface facet (radius in local spacings, capped). A move flips a growing
+set of nodes of one side, widest gate first, and keeps the prefix of lowest energy.
+"""
+
+from __future__ import annotations
+
+import heapq
+
+import numpy as np
+
+from .compile import kernel
+
+BURIED = 1.0
+PINCH = 1.0
+TOPOLOGY = 0.5
+WALL = 0.02
+RADIUS_CAP = 5.0
+REACH_BURIED = 300  # nodes a move may flip to reach a buried sample or an island,
+REACH_PINCH = 30  # to mend a pinched one,
+REACH_HANDLE = 15  # to cut a handle
+HOPELESS = 4.0  # energy above the best at which a move is given up,
+HOPELESS_BURIED = 100.0  # and one that reaches for a buried sample or an island
+ISLAND = 2000  # nodes; larger components are bodies, and so are those with
+BODY = 0.05  # this share of all nodes
+
+
+@kernel
+def flood(links, component, x, old, new, queue):
+    """Give the component `old` around x the number `new`; returns how many nodes."""
+    queue[0] = x
+    component[x] = new
+    head, tail = 0, 1
+    while head < tail:
+        x = queue[head]
+        head += 1
+        for k in range(4):
+            y = links[x, k]
+            if component[y] == old:
+                component[y] = new
+                queue[tail] = y
+                tail += 1
+    return tail
+
+
+@kernel
+def number_components(links, sides, component, size, queue):
+    """Number the components of nodes of one side from 0; returns how many."""
+    N = len(links)
+    for x in range(N):
+        component[x] = -2 - sides[x]
+    count = 0
+    for x in range(N):
+        if component[x] < 0:
+            size[count] = flood(links, component, np.int32(x), component[x], np.int32(count), queue)
+            count += 1
+    return count
+
+
+@kernel
+def cut_off(links, component, ours, chain, length, queue, after, label, seen, stamp):
+    """Pieces that a component falls into when the chain leaves it, less one; -1 when nothing is left.
+
+    Searches from all its nodes next to the chain at once, in turn, so that the cost is that of the smaller pieces.
+    The pieces cut off are the nodes of queue[:tail] whose final label is negative. Returns (pieces, tail, classes).
+    """
+    tail = 0
+    for i in range(length):
+        seen[chain[i]] = stamp
+        label[chain[i]] = -1
+    for i in range(length):
+        for k in range(4):
+            y = links[chain[i], k]
+            if component[y] == ours and seen[y] != stamp:
+                seen[y] = stamp
+                queue[tail] = y
+                label[y] = tail
+                tail += 1
+    fronts = tail
+    root = np.arange(fronts)
+    head = np.arange(fronts)  # next node to expand, by class, as a linked list through `after`
+    last = np.arange(fronts)
+    for i in range(fronts):
+        after[i] = -1
+    alive = fronts
+    done = np.zeros(fronts, np.bool_)
+    pieces = -1 if fronts == 0 else 0
+    while alive > 1:
+        for f in range(fronts):
+            if root[f] != f or done[f] or alive <= 1:
+                continue
+            i = head[f]
+            if i < 0:
+                done[f] = True
+                alive -= 1
+                pieces += 1
+                continue
+            x = queue[i]
+            mine = f
+            for k in range(4):
+                y = links[x, k]
+                if component[y] != ours:
+                    continue
+                if seen[y] != stamp:
+                    seen[y] = stamp
+                    queue[tail] = y
+                    label[y] = mine
+                    after[tail] = -1
+                    after[last[mine]] = tail
+                    last[mine] = tail
+                    tail += 1
+                elif label[y] >= 0:
+                    g = label[y]
+                    while root[g] != g:
+                        root[g] = root[root[g]]
+                        g = root[g]
+                    if g != mine:
+                        # two fronts meet: one list
+                        if head[mine] >= 0 and head[g] >= 0:
+                            after[last[mine]] = head[g]
+                            last[mine] = last[g]
+                        elif head[g] >= 0:
+                            head[mine] = head[g]
+                            last[mine] = last[g]
+                        root[g] = mine
+                        alive -= 1
+            head[f] = after[i]
+    for i in range(tail):
+        g = label[queue[i]]
+        while root[g] != g:
+            g = root[g]
+        label[queue[i]] = -1 if done[g] else g
+    return pieces, tail
+
+
+@kernel
+def star_sizes(nodes, n):
+    """Number of nodes around each sample (n,), and one node around each (-1: none)."""
+    count = np.zeros(n, np.int32)
+    around = np.full(n, -1, np.int32)
+    for x in range(len(nodes)):
+        for k in range(4):
+            v = nodes[x, k]
+            if v < n:
+                count[v] += 1
+                around[v] = x
+    return count, around
+
+
+@kernel
+def umbrellas(nodes, links, sides, v, start, queue, seen, counted, stamp):
+    """Umbrellas of sample v beyond the first: components of each side in its star, less two; -1 when one side is missing."""
+    head, tail = 0, 1
+    queue[0] = start
+    seen[start] = stamp
+    while head < tail:
+        x = queue[head]
+        head += 1
+        for k in range(4):
+            if nodes[x, k] != v:
+                y = links[x, k]
+                if seen[y] != stamp:
+                    seen[y] = stamp
+                    queue[tail] = y
+                    tail += 1
+    star = tail
+    inside, outside = 0, 0
+    for i in range(star):
+        if counted[queue[i]] == stamp:
+            continue
+        side = sides[queue[i]]
+        if side:
+            inside += 1
+        else:
+            outside += 1
+        counted[queue[i]] = stamp
+        queue[tail] = queue[i]
+        head = tail
+        tail += 1
+        while head < tail:
+            x = queue[head]
+            head += 1
+            for k in range(4):
+                if nodes[x, k] != v:
+                    y = links[x, k]
+                    if counted[y] != stamp and sides[y] == side:
+                        counted[y] = stamp
+                        queue[tail] = y
+                        tail += 1
+    if inside == 0 or outside == 0:
+        return -1
+    return inside + outside - 2
+
+
+@kernel
+def excesses(nodes, links, sides, around, queue, seen, counted, stamp, excess):
+    """`umbrellas` of every sample into `excess` (n,); returns the last stamp used."""
+    for v in range(len(around)):
+        if around[v] >= 0:
+            stamp += 1
+            excess[v] = umbrellas(nodes, links, sides, v, around[v], queue, seen, counted, stamp)
+    return stamp
+
+
+@kernel
+def edge_facets(nodes, links, sides, x, i, j):
+    """Surface facets around the edge (i, j) of node x, and the sides of the two nodes next to x around it."""
+    a, b = nodes[x, i], nodes[x, j]
+    k = 0
+    while k == i or k == j:
+        k += 1
+    l = 6 - i - j - k
+    turn = nodes[x, l]
+    y = links[x, k]
+    first = sides[y]
+    before, facets = sides[x], 0
+    while y != x:
+        facets += sides[y] != before
+        before = sides[y]
+        t = 0
+        while nodes[y, t] != turn:
+            t += 1
+        for q in range(4):
+            u = nodes[y, q]
+            if u != a and u != b and u != turn:
+                fresh = u
+        turn = fresh
+        y = links[y, t]
+    facets += before != sides[x]
+    return facets, first, before
+
+
+@kernel
+def wall(points, spacing, i, j, k):
+    """Energy of one surface facet; none for one at infinity."""
+    n = len(points)
+    if i >= n or j >= n or k >= n:
+        return 0.0
+    ax, ay, az = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
+    bx, by, bz = points[k, 0] - points[i, 0], points[k, 1] - points[i, 1], points[k, 2] - points[i, 2]
+    nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    aa, bb = ax * ax + ay * ay + az * az, bx * bx + by * by + bz * bz
+    cc = (bx - ax) ** 2 + (by - ay) ** 2 + (bz - az) ** 2
+    h = (spacing[i] + spacing[j] + spacing[k]) / 3
+    area = 4 * (nx * nx + ny * ny + nz * nz) * h * h
+    square = RADIUS_CAP * RADIUS_CAP
+    if aa * bb * cc < square * area:
+        square = aa * bb * cc / area
+    return WALL * square
+
+
+@kernel
+def flip(points, spacing, nodes, links, sides, x, queue, seen, counted, stamp, excess):
+    """Flip node x: the change of energy without topology, the change of the surface's Euler number, the last stamp."""
+    n = len(points)
+    energy, chi = 0.0, 0
+    for k in range(4):
+        i, j, l = nodes[x, (k + 1) & 3], nodes[x, (k + 2) & 3], nodes[x, (k + 3) & 3]
+        if sides[links[x, k]] == sides[x]:
+            chi += 1
+            energy += wall(points, spacing, i, j, l)
+        else:
+            chi -= 1
+            energy -= wall(points, spacing, i, j, l)
+    for i in range(4):
+        for j in range(i + 1, 4):
+            facets, one, two = edge_facets(nodes, links, sides, x, i, j)
+            after = facets + (1 if one == sides[x] else -1) + (1 if two == sides[x] else -1)
+            chi += (facets > 0) - (after > 0)
+    sides[x] ^= 1
+    for k in range(4):
+        v = nodes[x, k]
+        if v < n:
+            stamp += 1
+            old = excess[v]
+            new = umbrellas(nodes, links, sides, v, x, queue, seen, counted, stamp)
+            excess[v] = new
+            energy += (BURIED if new < 0 else PINCH * new) - (BURIED if old < 0 else PINCH * old)
+            chi += (new >= 0) - (old >= 0)
+    return energy, chi, stamp
+
+
+@kernel
+def move(
+    points,
+    spacing,
+    nodes,
+    links,
+    gate,
+    m,
+    sides,
+    seed,
+    reach,
+    hopeless,
+    state,
+    queue,
+    after,
+    label,
+    seen,
+    counted,
+    mark,
+    excess,
+    stirred,
+    chain,
+    component,
+    size,
+):
+    """Grow from a seed and keep the prefix of lowest energy, if below the present; returns the energy gained (<= 0).
+
+    state = [last stamp, components, next component number, clock of accepted moves].
+    """
+    n = len(points)
+    stamp = state[0] + 1
+    first = stamp
+    side, ours = sides[seed], component[seed]
+    heap = [(0.0, np.int64(seed))]
+    mark[seed] = first
+    touched = [np.int32(-1)]
+    energy, chi, length = 0.0, 0, 0
+    best, best_length, best_energy, best_chi, best_touched = -1e-9, 0, 0.0, 0, 0
+    while len(heap) > 0 and length < reach:
+        x = heapq.heappop(heap)[1]
+        for k in range(4):
+            y = links[x, k]
+            if mark[y] != -first and sides[y] != side and component[y] not in touched:
+                touched.append(component[y])
+        change, turned, stamp = flip(points, spacing, nodes, links, sides, x, queue, seen, counted, stamp, excess)
+        energy += change
+        chi += turned
+        mark[x] = -first
+        chain[length] = x
+        length += 1
+        # one more component where it touches none, one less for each further one it joins or when it used up its own
+        pieces = 2 - len(touched) - (length == size[ours])
+        total = energy + TOPOLOGY * (2 * pieces - chi / 2)
+        if total < best:
+            best, best_length, best_energy, best_chi, best_touched = total, length, energy, chi, len(touched)
+        if total > best + hopeless:
+            break
+        for k in range(4):
+            y = links[x, k]
+            if y < m and mark[y] != first and mark[y] != -first and sides[y] == side:
+                mark[y] = first
+                heapq.heappush(heap, (-np.float64(gate[x, k]), np.int64(y)))
+    for i in range(length - 1, best_length - 1, -1):
+        _, _, stamp = flip(points, spacing, nodes, links, sides, chain[i], queue, seen, counted, stamp, excess)
+    best = 0.0
+    if best_length > 0:
+        stamp += 1
+        cut, tail = cut_off(links, component, ours, chain, best_length, queue, after, label, seen, stamp)
+        pieces = 2 - best_touched + cut
+        best = best_energy + TOPOLOGY * (2 * pieces - best_chi / 2)
+        if best > -1e-9:
+            best = 0.0
+            for i in range(best_length - 1, -1, -1):
+                _, _, stamp = flip(points, spacing, nodes, links, sides, chain[i], queue, seen, counted, stamp, excess)
+        else:
+            state[1] += pieces
+            state[3] += 1
+            size[ours] -= best_length
+            if cut > 0:
+                for i in range(tail):
+                    if label[queue[i]] < 0:
+                        component[queue[i]] = -9
+                cut_nodes = queue[:tail].copy()
+                for x in cut_nodes:
+                    if component[x] == -9:
+                        new = np.int32(state[2])
+                        size[new] = flood(links, component, x, np.int32(-9), new, queue)
+                        size[ours] -= size[new]
+                        state[2] += 1
+            target = np.int32(state[2])
+            if best_touched > 1:
+                target = touched[1]
+                for i in range(2, best_touched):
+                    if size[touched[i]] > size[target]:
+                        target = touched[i]
+            else:
+                size[target] = 0
+                state[2] += 1
+            size[target] += best_length
+            for i in range(best_length):
+                component[chain[i]] = target
+            for i in range(best_length):
+                for k in range(4):
+                    y = links[chain[i], k]
+                    if sides[y] != side and component[y] != target:
+                        size[target] += flood(links, component, y, component[y], target, queue)
+                    v = nodes[chain[i], k]
+                    if v < n:
+                        stirred[v] = state[3]
+    state[0] = stamp
+    return best
+
+
+@kernel
+def repair(points, spacing, nodes, links, gate, m, sides, pole, anti, rounds):
+    """Improve `sides` in place; returns `excess` (n,) of every sample (0: one umbrella, -1: buried, more: pinched) and the moves."""
+    n = len(points)
+    N = len(nodes)
+    stars, around = star_sizes(nodes, n)
+    longest = 8
+    for v in range(n):
+        longest = max(longest, stars[v])
+    queue = np.empty(max(N, 2 * longest + 2), np.int32)
+    after = np.empty(N, np.int32)
+    label = np.empty(N, np.int32)
+    star = np.empty(longest + 1, np.int32)
+    seen = np.zeros(N, np.int64)
+    counted = np.zeros(N, np.int64)
+    mark = np.zeros(N, np.int64)
+    component = np.empty(N, np.int32)
+    size = np.empty(N + 1, np.int64)
+    chain = np.empty(REACH_BURIED, np.int32)
+    excess = np.zeros(n, np.int32)
+    stirred = np.zeros(n, np.int64)  # clock of the last accepted move next to a sample,
+    tried = np.full(n, -1, np.int64)  # and of the last attempt to mend it,
+    tried_from = np.full(N, -1, np.int64)  # or to cut a handle or reach an island from a node
+    state = np.zeros(4, np.int64)
+    state[0] = excesses(nodes, links, sides, around, queue, seen, counted, 0, excess)
+    for _ in range(rounds):
+        state[1] = number_components(links, sides, component, size, queue)
+        state[2] = state[1]
+        gained = 0.0
+        for v in range(n):
+            if around[v] < 0 or excess[v] == 0 or tried[v] >= stirred[v]:
+                continue
+            for seed in (anti[v], pole[v]):
+                if excess[v] < 0 and 0 <= seed < m and state[2] < N - 64:
+                    gained += move(
+                        points,
+                        spacing,
+                        nodes,
+                        links,
+                        gate,
+                        m,
+                        sides,
+                        seed,
+                        REACH_BURIED,
+                        HOPELESS_BURIED,
+                        state,
+                        queue,
+                        after,
+                        label,
+                        seen,
+                        counted,
+                        mark,
+                        excess,
+                        stirred,
+                        chain,
+                        component,
+                        size,
+                    )
+            if excess[v] != 0:
+                state[0] += 1
+                head, tail = 0, 1
+                star[0] = around[v]
+                seen[star[0]] = state[0]
+                while head < tail:
+                    x = star[head]
+                    head += 1
+                    for k in range(4):
+                        y = links[x, k]
+                        if nodes[x, k] != v and seen[y] != state[0]:
+                            seen[y] = state[0]
+                            star[tail] = y
+                            tail += 1
+                for i in range(tail):
+                    if excess[v] != 0 and star[i] < m and state[2] < N - 64:
+                        gained += move(
+                            points,
+                            spacing,
+                            nodes,
+                            links,
+                            gate,
+                            m,
+                            sides,
+                            star[i],
+                            REACH_PINCH,
+                            HOPELESS,
+                            state,
+                            queue,
+                            after,
+                            label,
+                            seen,
+                            counted,
+                            mark,
+                            excess,
+                            stirred,
+                            chain,
+                            component,
+                            size,
+                        )
+            tried[v] = state[3]
+        for x in range(m):
+            # a handle is cut through facets no wider than those of the surface
+            surface, narrow, fresh = False, True, False
+            for k in range(4):
+                if sides[links[x, k]] != sides[x]:
+                    surface = True
+                elif gate[x, k] > 2:
+                    narrow = False
+                if tried_from[x] < stirred[nodes[x, k]]:
+                    fresh = True
+            if surface and narrow and fresh and state[2] < N - 64:
+                gained += move(
+                    points,
+                    spacing,
+                    nodes,
+                    links,
+                    gate,
+                    m,
+                    sides,
+                    np.int32(x),
+                    REACH_HANDLE,
+                    HOPELESS,
+                    state,
+                    queue,
+                    after,
+                    label,
+                    seen,
+                    counted,
+                    mark,
+                    excess,
+                    stirred,
+                    chain,
+                    component,
+                    size,
+                )
+                tried_from[x] = state[3]
+        # islands: leave each by its widest gate that was not tried before
+        widest = np.zeros(state[2], np.float32)
+        bridge = np.full(state[2], -1, np.int32)
+        for x in range(m):
+            c = component[x]
+            if size[c] < min(ISLAND, BODY * N):
+                for k in range(4):
+                    y = links[x, k]
+                    if y < m and sides[y] != sides[x] and gate[x, k] > widest[c] and tried_from[y] < 0:
+                        widest[c], bridge[c] = gate[x, k], y
+        for c in range(len(bridge)):
+            y = bridge[c]
+            if y >= 0 and state[2] < N - 64:
+                tried_from[y] = state[3]
+                gained += move(
+                    points,
+                    spacing,
+                    nodes,
+                    links,
+                    gate,
+                    m,
+                    sides,
+                    y,
+                    REACH_BURIED,
+                    HOPELESS_BURIED,
+                    state,
+                    queue,
+                    after,
+                    label,
+                    seen,
+                    counted,
+                    mark,
+                    excess,
+                    stirred,
+                    chain,
+                    component,
+                    size,
+                )
+        if gained > -1e-9:
+            break
+    return excess, state[3]

@@ -1,0 +1,340 @@
+"""Which side of the surface each cell lies on: evidence from facets and samples, weighed by a signed spanning forest.
+
+A *node* is a cell of R or a ghost cell (one a hull facet, its fourth vertex the point at infinity, row n): with ghosts every
+node has four neighbours. All sizes here are in units of the local spacing.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .compile import kernel
+
+GHOST = np.float32(1e31)  # two ghosts that face the same way come before any facet
+
+
+@kernel
+def close_hull(cells, neighbors, n):
+    """Append a ghost node for each hull facet: nodes (N, 4) vertices, links (N, 4); the first m nodes are the cells."""
+    m = len(cells)
+    ghosts = 0
+    for c in range(m):
+        for k in range(4):
+            if neighbors[c, k] < 0:
+                ghosts += 1
+    nodes = np.empty((m + ghosts, 4), np.int32)
+    links = np.empty((m + ghosts, 4), np.int32)
+    g = m
+    for c in range(m):
+        for k in range(4):
+            nodes[c, k] = cells[c, k]
+            links[c, k] = neighbors[c, k]
+            if neighbors[c, k] < 0:
+                links[c, k] = g
+                for j in range(4):
+                    nodes[g, j] = cells[c, j]
+                nodes[g, k] = n
+                links[g, k] = c
+                g += 1
+    for g in range(m, m + ghosts):
+        k = 0
+        while nodes[g, k] != n:
+            k += 1
+        for j in range(4):
+            if j == k:
+                continue
+            # turn about the hull edge that faces (g, j) share, from the cell behind g to the next hull facet
+            a, b = np.int32(-1), np.int32(-1)
+            for i in range(4):
+                if i != j and i != k:
+                    if a < 0:
+                        a = nodes[g, i]
+                    else:
+                        b = nodes[g, i]
+            c = links[g, k]
+            turn = nodes[g, j]
+            while c < m:
+                x = np.int32(0)
+                while nodes[c, x] != turn:
+                    x += 1
+                for i in range(4):
+                    v = nodes[c, i]
+                    if v != a and v != b and v != turn:
+                        fresh = v
+                turn = fresh
+                c = links[c, x]
+            links[g, j] = c
+    return nodes, links
+
+
+@kernel
+def spheres(points, weights, spacing, cells):
+    """Orthocentre (m, 3), size rho (m,) [L^2] and depth (m,) of every cell; depth = sqrt(rho + mean w) / mean spacing."""
+    m = len(cells)
+    centers = np.empty((m, 3))
+    rho = np.empty(m)
+    depth = np.empty(m, np.float32)
+    for c in range(m):
+        i, j, k, l = cells[c, 0], cells[c, 1], cells[c, 2], cells[c, 3]
+        ox, oy, oz, ow = points[i, 0], points[i, 1], points[i, 2], weights[i]
+        ax, ay, az = points[j, 0] - ox, points[j, 1] - oy, points[j, 2] - oz
+        bx, by, bz = points[k, 0] - ox, points[k, 1] - oy, points[k, 2] - oz
+        cx, cy, cz = points[l, 0] - ox, points[l, 1] - oy, points[l, 2] - oz
+        ha = ax * ax + ay * ay + az * az - (weights[j] - ow)
+        hb = bx * bx + by * by + bz * bz - (weights[k] - ow)
+        hc = cx * cx + cy * cy + cz * cz - (weights[l] - ow)
+        ux, uy, uz = by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx
+        vx, vy, vz = cy * az - cz * ay, cz * ax - cx * az, cx * ay - cy * ax
+        wx, wy, wz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+        half = 0.5 / (ax * ux + ay * uy + az * uz)
+        x = (ha * ux + hb * vx + hc * wx) * half
+        y = (ha * uy + hb * vy + hc * wy) * half
+        z = (ha * uz + hb * vz + hc * wz) * half
+        size = x * x + y * y + z * z - ow
+        if not (size < 1e300):  # flat to the last bit: as good as a hull facet
+            x, y, z, size = 0.0, 0.0, 0.0, 1e300
+        centers[c, 0], centers[c, 1], centers[c, 2] = ox + x, oy + y, oz + z
+        rho[c] = size
+        h = (spacing[i] + spacing[j] + spacing[k] + spacing[l]) / 4
+        mean = (weights[i] + weights[j] + weights[k] + weights[l]) / 4
+        depth[c] = min(np.sqrt(max(size + mean, 0.0)) / h, 1e30)
+    return centers, rho, depth
+
+
+@kernel
+def facet_sizes(points, weights, spacing, nodes, links, rho, m):
+    """For every (cell, k): `gate` (m, 4), the depth at which the facet opposite k closes, and `leak` (m, 4) bool, closes above 0.
+
+    A facet enters K_alpha at its own size where it is unattached, else with the smaller of its cells.
+    """
+    gate = np.empty((m, 4), np.float32)
+    leak = np.empty((m, 4), np.bool_)
+    for c in range(m):
+        for q in range(4):
+            o = links[c, q]
+            if o < c:
+                s = 0
+                while links[o, s] != c:
+                    s += 1
+                gate[c, q] = gate[o, s]
+                leak[c, q] = leak[o, s]
+                continue
+            i, j, k = nodes[c, (q + 1) & 3], nodes[c, (q + 2) & 3], nodes[c, (q + 3) & 3]
+            ox, oy, oz, ow = points[i, 0], points[i, 1], points[i, 2], weights[i]
+            ax, ay, az = points[j, 0] - ox, points[j, 1] - oy, points[j, 2] - oz
+            bx, by, bz = points[k, 0] - ox, points[k, 1] - oy, points[k, 2] - oz
+            ha = ax * ax + ay * ay + az * az - (weights[j] - ow)
+            hb = bx * bx + by * by + bz * bz - (weights[k] - ow)
+            nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+            dx, dy, dz = ha * bx - hb * ax, ha * by - hb * ay, ha * bz - hb * az
+            half = 0.5 / (nx * nx + ny * ny + nz * nz)
+            x, y, z = (dy * nz - dz * ny) * half, (dz * nx - dx * nz) * half, (dx * ny - dy * nx) * half
+            size = x * x + y * y + z * z - ow
+            v = nodes[c, q]
+            ex, ey, ez = points[v, 0] - ox - x, points[v, 1] - oy - y, points[v, 2] - oz - z
+            attached = ex * ex + ey * ey + ez * ez - weights[v] < size
+            smaller = rho[c]
+            if o < m:
+                s = 0
+                while links[o, s] != c:
+                    s += 1
+                v = nodes[o, s]
+                ex, ey, ez = points[v, 0] - ox - x, points[v, 1] - oy - y, points[v, 2] - oz - z
+                attached = attached or ex * ex + ey * ey + ez * ez - weights[v] < size
+                smaller = min(smaller, rho[o])
+            if attached or not (size < smaller):
+                size = smaller
+            h = (spacing[i] + spacing[j] + spacing[k]) / 3
+            mean = (weights[i] + weights[j] + weights[k]) / 3
+            gate[c, q] = min(np.sqrt(max(size + mean, 0.0)) / h, 1e30)
+            leak[c, q] = size > 0
+    return gate, leak
+
+
+@kernel
+def poles(points, nodes, links, centers, rho, depth, m):
+    """For every sample the deepest node around it, the deepest on the opposite side (-1: none), and how sure that is.
+
+    `trust` (n,) is the depth of the shallower of the two, times the cosine between the two directions.
+    """
+    n = len(points)
+    N = len(nodes)
+    outward = np.zeros((n, 3))
+    bent = np.zeros(n, np.bool_)
+    pole = np.full(n, -1, np.int32)
+    anti = np.full(n, -1, np.int32)
+    trust = np.zeros(n, np.float32)
+    normals = np.empty((N - m, 3))
+    for g in range(m, N):
+        s = 0
+        while links[g, s] >= m:
+            s += 1
+        i, j, k = nodes[g, (s + 1) & 3], nodes[g, (s + 2) & 3], nodes[g, (s + 3) & 3]
+        ax, ay, az = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
+        bx, by, bz = points[k, 0] - points[i, 0], points[k, 1] - points[i, 1], points[k, 2] - points[i, 2]
+        nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+        c = links[g, s]
+        t = 0
+        while links[c, t] != g:
+            t += 1
+        v = nodes[c, t]
+        inner = (
+            (points[v, 0] - points[i, 0]) * nx + (points[v, 1] - points[i, 1]) * ny + (points[v, 2] - points[i, 2]) * nz
+        )
+        norm = np.sqrt(nx * nx + ny * ny + nz * nz)
+        norm = -norm if inner > 0 else norm
+        nx, ny, nz = nx / norm, ny / norm, nz / norm
+        normals[g - m, 0], normals[g - m, 1], normals[g - m, 2] = nx, ny, nz
+        for v in (i, j, k):
+            outward[v, 0] += nx
+            outward[v, 1] += ny
+            outward[v, 2] += nz
+            pole[v] = g
+    for c in range(m):
+        for q in range(4):
+            v = nodes[c, q]
+            if pole[v] < 0 or (pole[v] < m and rho[c] > rho[pole[v]]):
+                pole[v] = c
+    for g in range(m, N):
+        for q in range(4):
+            v = nodes[g, q]
+            if v < n:
+                f = normals[g - m]
+                along = f[0] * outward[v, 0] + f[1] * outward[v, 1] + f[2] * outward[v, 2]
+                if along <= 0:
+                    bent[v] = True  # the rim of a sheet: the hull turns back, both sides are outside
+                best = normals[pole[v] - m]
+                if along > best[0] * outward[v, 0] + best[1] * outward[v, 1] + best[2] * outward[v, 2]:
+                    pole[v] = g
+    for v in range(n):
+        if pole[v] >= 0 and pole[v] < m:
+            for a in range(3):
+                outward[v, a] = centers[pole[v], a] - points[v, a]
+        norm = np.sqrt(outward[v, 0] ** 2 + outward[v, 1] ** 2 + outward[v, 2] ** 2)
+        if norm > 0:
+            for a in range(3):
+                outward[v, a] /= norm
+    for c in range(m):
+        for q in range(4):
+            v = nodes[c, q]
+            if bent[v] or pole[v] == c:
+                continue
+            along = 0.0
+            for a in range(3):
+                along -= (centers[c, a] - points[v, a]) * outward[v, a]
+            if along > trust[v]:
+                trust[v] = along
+                anti[v] = c
+    for v in range(n):
+        c = anti[v]
+        if c >= 0:
+            away = np.sqrt(
+                (centers[c, 0] - points[v, 0]) ** 2
+                + (centers[c, 1] - points[v, 1]) ** 2
+                + (centers[c, 2] - points[v, 2]) ** 2
+            )
+            shallow = depth[c]
+            if pole[v] < m:
+                shallow = min(shallow, depth[pole[v]])
+            trust[v] *= shallow / away
+    return pole, anti, trust, normals
+
+
+@kernel
+def descending(keys):
+    """Stable order of non-negative float32 keys, largest first: three passes of a radix sort."""
+    n = len(keys)
+    bits = keys.view(np.uint32)
+    order = np.empty(n, np.int32)
+    other = np.empty(n, np.int32)
+    for i in range(n):
+        order[i] = i
+    for shift in (0, 11, 22):
+        count = np.zeros(2049, np.int64)
+        for i in range(n):
+            count[2047 - ((bits[order[i]] >> np.uint32(shift)) & np.uint32(2047)) + 1] += 1
+        for b in range(2048):
+            count[b + 1] += count[b]
+        for i in range(n):
+            b = 2047 - ((bits[order[i]] >> np.uint32(shift)) & np.uint32(2047))
+            other[count[b]] = order[i]
+            count[b] += 1
+        order, other = other, order
+    return order
+
+
+@kernel(inline="always")
+def _root(parent, x):
+    """Root of x and the parity on the way there, path halved; `parent` holds 2 * parent + parity."""
+    odd = 0
+    while parent[x] >> 1 != x:
+        up = parent[x] >> 1
+        top = parent[up]
+        parent[x] = top ^ (parent[x] & 1) if top >> 1 != up else parent[x]
+        odd ^= parent[x] & 1
+        x = parent[x] >> 1
+    return x, odd
+
+
+@kernel
+def signed_forest(links, gate, m, pole, anti, trust, normals, sealed):
+    """Unite nodes across facets (same side) and poles of samples (opposite sides), strongest evidence first.
+
+    Evidence that contradicts stronger evidence is passed over. `sealed`: all ghosts are one outside.
+    Returns sides (N,) int8, 0 where the first ghost is, and how many samples were passed over.
+    """
+    N = len(links)
+    parent = np.empty(N, np.int64)
+    for x in range(N):
+        parent[x] = 2 * x
+    if sealed:
+        for g in range(m + 1, N):
+            parent[g] = 2 * m
+    count = 0
+    for c in range(N):
+        for k in range(4):
+            count += links[c, k] > c and not (sealed and c >= m)
+    facets = np.empty(count, np.int32)
+    keys = np.empty(count, np.float32)
+    count = 0
+    for c in range(N):
+        for k in range(4):
+            o = links[c, k]
+            if o > c and not (sealed and c >= m):
+                facets[count] = 4 * c + k
+                if c < m:
+                    keys[count] = gate[c, k]
+                else:
+                    f, g = normals[c - m], normals[o - m]
+                    keys[count] = GHOST * max(f[0] * g[0] + f[1] * g[1] + f[2] * g[2], 0.0)
+                count += 1
+    by_gate = descending(keys)
+    by_trust = descending(trust)
+    passed = 0
+    s = 0
+    for f in range(count + 1):
+        while s < len(by_trust) and (f == count or trust[by_trust[s]] > keys[by_gate[f]]):
+            v = by_trust[s]
+            s += 1
+            if anti[v] < 0:
+                continue
+            a, p = _root(parent, np.int64(pole[v]))
+            b, q = _root(parent, np.int64(anti[v]))
+            if a == b:
+                passed += p == q
+            else:
+                parent[max(a, b)] = 2 * min(a, b) + (1 ^ p ^ q)
+        if f < count:
+            e = facets[by_gate[f]]
+            a, p = _root(parent, np.int64(e >> 2))
+            b, q = _root(parent, np.int64(links[e >> 2, e & 3]))
+            if a != b:
+                parent[max(a, b)] = 2 * min(a, b) + (p ^ q)
+    sides = np.empty(N, np.int8)
+    for x in range(N):
+        r, odd = _root(parent, np.int64(x))
+        sides[x] = odd
+    outside = sides[m]
+    for x in range(N):
+        sides[x] ^= outside
+    return sides, passed

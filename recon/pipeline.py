@@ -1,0 +1,258 @@
+"""The main job, top to bottom: points -> weights -> triangulation -> surface -> clean -> report."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+import weighting
+
+from .contracts import DegenerateInput, InvalidInput, as_points, as_weights
+from .mesh import Mesh
+from .postprocess import split_pinches
+from .regular import RegularTriangulation, regular_triangulation
+from .report import Report
+from .surface import Surface, compact_mesh, label_surface
+from .topology import topology
+
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Reconstruction:
+    """A mesh and everything it was made from.
+
+    Attributes
+    ----------
+    mesh : Mesh
+        `mesh.vertex_source` names the input row of every vertex.
+    weights : (n,) ndarray of float64 [L^2]
+        alpha included: the surface is that of W_0.
+    triangulation : RegularTriangulation
+    surface : {"closed", "open", "planar", "complex"}
+    confidence : float
+        Of the choice between closed and open, 0 to 1; 1 where the caller made it.
+    report : Report
+    """
+
+    mesh: Mesh
+    weights: NDArray[np.float64]
+    triangulation: RegularTriangulation
+    surface: str
+    confidence: float
+    report: Report
+
+    def __repr__(self) -> str:
+        return f"Reconstruction({self.surface}, {self.mesh!r})"
+
+
+def reconstruct(
+    points: ArrayLike,
+    weights: Literal["adaptive", "uniform"] | ArrayLike = "adaptive",
+    *,
+    alpha: float = 0.0,
+    surface: Literal["auto", "closed", "open", "complex"] = "auto",
+    attributes: Mapping[str, ArrayLike] | None = None,
+    clean: bool = True,
+    denoise: float | None = None,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> Reconstruction:
+    """Turn a raw point cloud into a triangle mesh.
+
+    Parameters
+    ----------
+    points : (n, 3) array_like of float [L]
+        No normals needed. Duplicates count once.
+    weights : "adaptive", "uniform" or (n,) array_like of float [L^2]
+        Adaptive: squared local spacing. Uniform: the squared median of it, the same for all.
+    alpha : float [L^2]
+        Added to all weights: W_alpha(S) = W_0(S + alpha) (paper, 2.2).
+    surface : {"auto", "closed", "open", "complex"}
+        See `recon.surface.label_surface`; "complex" is the literal boundary of W_alpha, regular and singular facets.
+    attributes : mapping of str to (n, ...) array_like, optional
+        Carried over to the vertices of the mesh.
+    clean : bool
+        Split vertices and edges where the surface touches itself, so that it is a manifold.
+    denoise : float, optional
+        Not available yet.
+    threads : int, optional
+        All by default. The result does not depend on it.
+    progress : callable (stage, fraction), optional
+        Called at the start of every stage; what it raises stops the work.
+
+    Returns
+    -------
+    Reconstruction
+
+    Raises
+    ------
+    InvalidInput
+        Malformed points, weights or attributes, or an unknown option.
+    DegenerateInput
+        Fewer than 4 points, all in one spot, or all on a line; or nothing of the surface is left.
+
+    Examples
+    --------
+    >>> import datasets_synthetic
+    >>> cloud = datasets_synthetic.surface("torus").sample(2000, rng=0)
+    >>> result = reconstruct(cloud.points)
+    >>> result.surface, result.report["mesh"]["chi"], result.report["mesh"]["open_edges"]
+    ('closed', 0, 0)
+    """
+    if denoise is not None:
+        raise InvalidInput(f"denoise: not available yet, got {denoise!r}; leave it out")
+    if surface not in ("auto", "closed", "open", "complex"):
+        raise InvalidInput(f"surface: expected 'auto', 'closed', 'open' or 'complex', got {surface!r}")
+    if not np.isfinite(alpha):
+        raise InvalidInput(f"alpha: expected a finite number [L^2], got {alpha}")
+    clock = _Clock(progress)
+
+    clock.start("weights")
+    located = as_points(points, 3)
+    if len(located) < 4:
+        raise DegenerateInput(f"points: a surface needs at least 4, got {len(located)}")
+    carried = _as_attributes(attributes, len(located))
+    hood = weighting.neighbors(located, threads=threads)
+    spacing = weighting.spacing(hood)
+    if not spacing.any():
+        raise DegenerateInput("points: all lie in one spot; a surface needs points that span a plane or more")
+    w = _weigh(weights, hood, spacing) + alpha
+
+    clock.start("triangulation")
+    triangulation = regular_triangulation(located, w)
+
+    clock.start("surface")
+    found = _literal(triangulation) if surface == "complex" else label_surface(triangulation, spacing, surface)
+    if len(found.faces) == 0:
+        raise DegenerateInput(_nothing_left(found, w))
+
+    clock.start("clean")
+    mesh = compact_mesh(located, found.faces, carried)
+    mesh, copies = split_pinches(mesh) if clean else (mesh, 0)
+
+    clock.start("report")
+    sections = _figures(located, hood, spacing, w, weights, triangulation, found, mesh, copies)
+    seconds = clock.stop()
+    return Reconstruction(
+        mesh, w, triangulation, found.kind, found.confidence, Report({**sections, "seconds": seconds})
+    )
+
+
+def _weigh(weights: Any, hood: weighting.Neighborhood, spacing: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Weights by name or as given."""
+    if isinstance(weights, str):
+        if weights == "adaptive":
+            return weighting.adaptive_weights(hood)
+        if weights == "uniform":
+            return np.full(len(spacing), np.median(spacing) ** 2)
+        raise InvalidInput(f"weights: expected 'adaptive', 'uniform' or one number a point, got {weights!r}")
+    return as_weights(weights, len(spacing))
+
+
+def _as_attributes(attributes: Mapping[str, ArrayLike] | None, n: int) -> dict[str, NDArray]:
+    """One row a point."""
+    carried = {name: np.asarray(value) for name, value in (attributes or {}).items()}
+    for name, value in carried.items():
+        if value.shape[:1] != (n,):
+            raise InvalidInput(f"attribute {name!r}: expected {n} rows, got shape {value.shape}")
+    return carried
+
+
+def _literal(triangulation: RegularTriangulation) -> Surface:
+    """The boundary of W_0: regular and singular facets, nothing else."""
+    from .alpha import alpha_complex
+
+    if triangulation.dimension < 3:
+        raise DegenerateInput("surface='complex': the points span less than 3 dimensions; use 'auto'")
+    boundary = alpha_complex(triangulation).boundary(0.0)
+    bridged = np.zeros(len(boundary.facets), bool)
+    used = len(np.unique(boundary.facets))
+    buried = len(triangulation.points) - len(triangulation.hidden) - used
+    return Surface(boundary.facets, bridged, "complex", 1.0, "asked for", buried, 0, 0)
+
+
+def _nothing_left(found: Surface, w: NDArray[np.float64]) -> str:
+    """Why the surface is empty, and what would help."""
+    if found.kind == "complex":
+        from_weights = f"the weights run from {w.min():.4g} to {w.max():.4g}"
+        return f"the boundary of W_0 has no facet ({from_weights}); raise alpha, or use surface='auto'"
+    return f"no facet between two sides was found ({found.reason}); are these points samples of a surface?"
+
+
+def _figures(
+    points: NDArray[np.float64],
+    hood: weighting.Neighborhood,
+    spacing: NDArray[np.float64],
+    w: NDArray[np.float64],
+    asked: Any,
+    triangulation: RegularTriangulation,
+    found: Surface,
+    mesh: Mesh,
+    copies: int,
+) -> dict[str, dict[str, Any]]:
+    """All counts of the report but the times."""
+    duplicates = len(points) - len(hood.rows)
+    t = topology(mesh.faces)
+    used = len(np.unique(mesh.vertex_source))
+    return {
+        "input": {"points": len(points), "duplicates": duplicates},
+        "weights": {
+            "kind": asked if isinstance(asked, str) else "given",
+            "radius_from": float(np.sqrt(max(w.min(), 0.0))),
+            "to": float(np.sqrt(max(w.max(), 0.0))),
+            "spacing_median": float(np.median(spacing)),
+        },
+        "triangulation": {
+            "cells": len(triangulation.cells),
+            "hidden_points": len(triangulation.hidden) - duplicates,
+        },
+        "surface": {
+            "kind": found.kind,
+            "confidence": found.confidence,
+            "because": found.reason,
+            "facets_of_W0": int((~found.bridged).sum()),
+            "bridged": int(found.bridged.sum()),
+            "buried_points": found.buried,
+        },
+        "mesh": {
+            "vertices": t.vertices,
+            "faces": t.faces,
+            "chi": t.euler,
+            "genus": t.genus,
+            "components": t.components,
+            "open_edges": t.open_edges,
+            "boundary_loops": t.boundary_loops,
+            "nonmanifold_edges": t.nonmanifold_edges,
+            "nonmanifold_vertices": t.nonmanifold_vertices,
+            "split_vertices": copies,
+            "share_of_points_used": used / len(hood.rows),
+        },
+    }
+
+
+class _Clock:
+    """Seconds of every stage, and the caller's progress."""
+
+    def __init__(self, progress: Progress | None):
+        self.progress = progress
+        self.stages = ["weights", "triangulation", "surface", "clean", "report"]
+        self.at: list[tuple[str, float]] = []
+
+    def start(self, stage: str) -> None:
+        self.at.append((stage, time.perf_counter()))
+        if self.progress is not None:
+            self.progress(stage, self.stages.index(stage) / len(self.stages))
+
+    def stop(self) -> dict[str, float]:
+        end = time.perf_counter()
+        if self.progress is not None:
+            self.progress("done", 1.0)
+        times = [*self.at, ("", end)]
+        seconds = {stage: times[i + 1][1] - at for i, (stage, at) in enumerate(self.at)}
+        return {**seconds, "total": end - self.at[0][1]}

@@ -1,0 +1,5 @@
+"""What is done to a mesh after the complex: Mesh in, Mesh out, each step saying what it changed."""
+
+from .clean import split_pinches
+
+__all__ = ["split_pinches"]

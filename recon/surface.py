@@ -1,0 +1,270 @@
+"""From the triangulation to a surface: which side each cell lies on, and the facets between the sides.
+
+Two kinds of evidence say it. A facet whose gate (the depth at which it closes, in local spacings) is wide has one side: its two
+cells lie together. A sample lies on the surface: its two poles, the deepest cells on either hand, lie apart. All evidence is
+taken strongest first into a signed spanning forest; what contradicts stronger evidence is passed over. Then a local search
+gives every sample exactly one umbrella of facets.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .contracts import DegenerateInput, InvalidInput, as_points
+from .mesh import Mesh
+from .regular import RegularTriangulation, regular_triangulation
+
+Kind = Literal["auto", "closed", "open"]
+ROUNDS = 6  # of repair; it mostly ends after 3
+OPEN_GATE = 2.5  # widest facet of an open sheet [local spacings]; the rest closes it over its boundary
+FIRST = np.float32(1e33)  # samples before every facet
+# The facet opposite corner k of a positive cell, counter-clockwise seen from outside the cell.
+OUTWARD = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Surface:
+    """Facets of R between the two sides.
+
+    Attributes
+    ----------
+    faces : (f, 3) ndarray of int32
+        Input rows, counter-clockwise seen from outside (of an open sheet: from one side of it).
+    bridged : (f,) ndarray of bool
+        Facets of positive size: no faces of W_0, they close its leaks.
+    kind : {"closed", "open", "planar"}
+    confidence : float
+        0 (a toss-up) to 1, of the choice between closed and open; 1 where the caller made it.
+    reason : str
+        Why this kind, in one line.
+    buried, pinched : int
+        Vertices of R with no facet of the surface, and with more than one umbrella of them.
+    passed_over : int
+        Samples whose two poles stronger evidence holds together.
+    """
+
+    faces: NDArray[np.int32]
+    bridged: NDArray[np.bool_]
+    kind: str
+    confidence: float
+    reason: str
+    buried: int
+    pinched: int
+    passed_over: int
+
+
+def label_surface(triangulation: RegularTriangulation, spacing: NDArray[np.float64], kind: Kind = "auto") -> Surface:
+    """Find the surface that the vertices of a triangulation sample.
+
+    Parameters
+    ----------
+    triangulation : RegularTriangulation
+        Of points in 3-D. Points in one plane give the planar region they cover.
+    spacing : (n,) ndarray of float64 [L]
+        Local distance between samples.
+    kind : {"auto", "closed", "open"}
+        Closed: the boundary of a solid, leaks closed by the smallest facets. Open: sheets with a boundary. Auto: closed
+        when more than half of the samples come to lie between inside and outside.
+
+    Returns
+    -------
+    Surface
+
+    Raises
+    ------
+    InvalidInput
+        Points that are not in 3-D, or an unknown kind.
+    DegenerateInput
+        All points on a line or in one spot.
+
+    Notes
+    -----
+    O(m log m) for m cells. The forest follows Kruskal's algorithm with parities. Where no evidence is passed over, the closed surface
+    separates the cells as lexicographically minimal cuts do (Cohen-Steiner, Lieutier & Vuillamy 2020): its widest gate is
+    the narrowest possible, and so on down.
+    """
+    if triangulation.points.shape[1] != 3:
+        raise InvalidInput(f"points: a surface needs 3-D points, got {triangulation.points.shape[1]} columns")
+    if kind not in ("auto", "closed", "open"):
+        raise InvalidInput(f"surface: expected 'auto', 'closed' or 'open', got {kind!r}")
+    if triangulation.dimension < 2:
+        where = ("in one spot", "on a line")[triangulation.dimension]
+        raise DegenerateInput(f"points: all lie {where}; a surface needs points that span a plane or more")
+    if triangulation.dimension == 2:
+        return _planar(triangulation, spacing)
+    evidence = _Evidence(triangulation, spacing)
+    if kind == "open":
+        return evidence.open("asked for", 1.0)
+    sides, passed = evidence.sides(sealed=True)
+    share = evidence.share_between(sides)
+    if kind == "closed":
+        return evidence.closed(sides, passed, "asked for", 1.0)
+    confidence = abs(2 * share - 1)
+    if share > 0.5:
+        return evidence.closed(sides, passed, f"{share:.1%} of the samples lie between inside and outside", confidence)
+    return evidence.open(f"only {share:.1%} of the samples lie between an inside and the outside", confidence)
+
+
+def alpha_shape(points: ArrayLike, radius: float) -> Mesh:
+    """Take the boundary of the (unweighted) alpha shape: every facet that an empty ball of this radius exposes.
+
+    Parameters
+    ----------
+    points : (n, 3) array_like of float [L]
+    radius : float [L]
+        alpha = radius^2.
+
+    Returns
+    -------
+    Mesh
+        Regular facets outward, and singular facets (exposed from both sides, no interior) as they come.
+
+    Raises
+    ------
+    InvalidInput
+        Malformed points, or a radius that is negative or NaN.
+
+    Examples
+    --------
+    >>> alpha_shape([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], radius=2.0)
+    Mesh(4 vertices, 4 faces)
+    """
+    from .alpha import alpha_complex
+
+    located = as_points(points, 3)
+    if not radius >= 0:
+        raise InvalidInput(f"radius: expected a non-negative length, got {radius}")
+    return compact_mesh(located, alpha_complex(located).boundary(float(radius) ** 2).facets)
+
+
+def compact_mesh(points: NDArray[np.float64], faces: NDArray, attributes: dict[str, NDArray] | None = None) -> Mesh:
+    """Keep the points that faces use, in input order; `vertex_source` says which they were.
+
+    Parameters
+    ----------
+    points : (n, 3) ndarray of float64 [L]
+    faces : (f, 3) ndarray of int
+        Rows of `points`.
+    attributes : dict of str to (n, ...) ndarray, optional
+    """
+    used = np.zeros(len(points), bool)
+    used[faces.ravel()] = True
+    source = np.flatnonzero(used)
+    number = np.cumsum(used) - 1
+    carried = {key: np.asarray(value)[source] for key, value in (attributes or {}).items()}
+    return Mesh.from_arrays(points[source], number[faces].astype(np.int32), source, carried)
+
+
+class _Evidence:
+    """Nodes (cells and ghosts), gates and poles of one triangulation, shared by the closed and the open reading."""
+
+    def __init__(self, triangulation: RegularTriangulation, spacing: NDArray[np.float64]):
+        from ._kernels import sides  # numba takes a while to load
+
+        self.points, self.weights, self.spacing = triangulation.points, triangulation.weights, spacing
+        self.cells = triangulation.cells
+        self.nodes, self.links = sides.close_hull(self.cells, triangulation.neighbors, len(self.points))
+        centers, rho, depth = sides.spheres(self.points, self.weights, spacing, self.cells)
+        m = len(self.cells)
+        self.gate, self.leak = sides.facet_sizes(self.points, self.weights, spacing, self.nodes, self.links, rho, m)
+        self.pole, self.anti, self.trust, self.normals = sides.poles(
+            self.points, self.nodes, self.links, centers, rho, depth, m
+        )
+
+    def sides(self, sealed: bool) -> tuple[NDArray[np.int8], int]:
+        """Side of every node, 0 where the first ghost is; and the samples passed over."""
+        from ._kernels.sides import signed_forest
+
+        trust = self.trust if sealed else self.trust * FIRST
+        return signed_forest(self.links, self.gate, len(self.cells), self.pole, self.anti, trust, self.normals, sealed)
+
+    def share_between(self, sides: NDArray[np.int8]) -> float:
+        """Share of the vertices that have nodes of both sides."""
+        seen = np.zeros((len(self.points) + 1, 2), bool)
+        seen[self.nodes, sides[:, None]] = True
+        vertices = seen[:-1].any(axis=1)
+        return float(seen[:-1].all(axis=1).sum() / vertices.sum())
+
+    def repair(self, sides: NDArray[np.int8]) -> NDArray[np.int32]:
+        """Mend `sides` in place; the excess umbrellas of every sample, -1 where it is buried."""
+        from ._kernels.repair import repair
+
+        return repair(
+            self.points,
+            self.spacing,
+            self.nodes,
+            self.links,
+            self.gate,
+            len(self.cells),
+            sides,
+            self.pole,
+            self.anti,
+            ROUNDS,
+        )[0]
+
+    def between(self, sides: NDArray[np.int8]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Cell and corner of every facet between the sides, seen from side 1 where it is a cell."""
+        m = len(self.cells)
+        other = self.links[:m]
+        inside = sides[:m, None] == 1
+        facet = (inside & (sides[other] == 0)) | (~inside & (other >= m) & (sides[other] == 1))
+        cell, corner = np.nonzero(facet)
+        return cell, corner
+
+    def closed(self, sides: NDArray[np.int8], passed: int, reason: str, confidence: float) -> Surface:
+        """All facets between inside and outside."""
+        excess = self.repair(sides)
+        cell, corner = self.between(sides)
+        faces = np.take_along_axis(self.cells[cell], OUTWARD[corner], axis=1)
+        return Surface(
+            faces,
+            self.leak[cell, corner],
+            "closed",
+            confidence,
+            reason,
+            int((excess < 0).sum()),
+            int((excess > 0).sum()),
+            passed,
+        )
+
+    def open(self, reason: str, confidence: float) -> Surface:
+        """The facets between one hand and the other that are no wider than a sheet's."""
+        sides, passed = self.sides(sealed=False)
+        excess = self.repair(sides)
+        cell, corner = self.between(sides)
+        keep = self.gate[cell, corner] <= OPEN_GATE
+        cell, corner = cell[keep], corner[keep]
+        faces = np.take_along_axis(self.cells[cell], OUTWARD[corner], axis=1)
+        turned = sides[cell] == 0  # seen from a ghost of side 1
+        faces[turned] = faces[turned, ::-1]
+        used = np.zeros(len(self.points), bool)
+        used[faces.ravel()] = True
+        buried = int(np.zeros(0).size if not len(faces) else (self._vertices() & ~used).sum())
+        return Surface(
+            faces, self.leak[cell, corner], "open", confidence, reason, buried, int((excess > 0).sum()), passed
+        )
+
+    def _vertices(self) -> NDArray[np.bool_]:
+        """Which points are vertices of R."""
+        vertices = np.zeros(len(self.points), bool)
+        vertices[self.cells.ravel()] = True
+        return vertices
+
+
+def _planar(triangulation: RegularTriangulation, spacing: NDArray[np.float64]) -> Surface:
+    """The triangles no wider than a sheet's, all facing the same way."""
+    corners = triangulation.points[triangulation.cells]
+    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    twice = np.linalg.norm(np.cross(a, b), axis=1)
+    product = np.linalg.norm(a, axis=1) * np.linalg.norm(b, axis=1) * np.linalg.norm(b - a, axis=1)
+    radius = product / np.maximum(2 * twice, np.finfo(float).tiny)
+    keep = radius <= OPEN_GATE * spacing[triangulation.cells].mean(axis=1)
+    faces = triangulation.cells[keep]
+    w = triangulation.weights[faces].mean(axis=1)
+    used = len(np.unique(faces))
+    buried = len(triangulation.points) - len(triangulation.hidden) - used
+    return Surface(faces, radius[keep] ** 2 > w, "planar", 1.0, "all points lie in one plane", buried, 0, 0)
