@@ -16,12 +16,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from .contracts import DegenerateInput, InvalidInput, as_points
 from .mesh import Mesh
-from .regular import RegularTriangulation, regular_triangulation
+from .regular import RegularTriangulation
 
 Kind = Literal["auto", "closed", "open"]
 ROUNDS = 6  # of repair; it mostly ends after 3
 OPEN_GATE = 2.5  # widest facet of an open sheet [local spacings]; the rest closes it over its boundary
-FIRST = np.float32(1e33)  # samples before every facet
+EVEN = np.float32(1)  # trust in samples as in facets,
+FIRST = np.float32(1e33)  # by which they come before every facet,
+DOUBT = np.float32(
+    0.8
+)  # and by which a void must be deeper than its gate for them to count: is there an inside at all?
 # The facet opposite corner k of a positive cell, counter-clockwise seen from outside the cell.
 OUTWARD = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])
 
@@ -99,13 +103,12 @@ def label_surface(triangulation: RegularTriangulation, spacing: NDArray[np.float
     evidence = _Evidence(triangulation, spacing)
     if kind == "open":
         return evidence.open("asked for", 1.0)
-    sides, passed = evidence.sides(sealed=True)
-    share = evidence.share_between(sides)
     if kind == "closed":
-        return evidence.closed(sides, passed, "asked for", 1.0)
+        return evidence.closed("asked for", 1.0)
+    share = evidence.share_between(evidence.sides(sealed=True, trust=DOUBT)[0])
     confidence = abs(2 * share - 1)
     if share > 0.5:
-        return evidence.closed(sides, passed, f"{share:.1%} of the samples lie between inside and outside", confidence)
+        return evidence.closed(f"{share:.1%} of the samples lie between inside and outside", confidence)
     return evidence.open(f"only {share:.1%} of the samples lie between an inside and the outside", confidence)
 
 
@@ -175,12 +178,12 @@ class _Evidence:
             self.points, self.nodes, self.links, centers, rho, depth, m
         )
 
-    def sides(self, sealed: bool) -> tuple[NDArray[np.int8], int]:
+    def sides(self, sealed: bool, trust: np.float32 = EVEN) -> tuple[NDArray[np.int8], int]:
         """Side of every node, 0 where the first ghost is; and the samples passed over."""
         from ._kernels.sides import signed_forest
 
-        trust = self.trust if sealed else self.trust * FIRST
-        return signed_forest(self.links, self.gate, len(self.cells), self.pole, self.anti, trust, self.normals, sealed)
+        m = len(self.cells)
+        return signed_forest(self.links, self.gate, m, self.pole, self.anti, trust * self.trust, self.normals, sealed)
 
     def share_between(self, sides: NDArray[np.int8]) -> float:
         """Share of the vertices that have nodes of both sides."""
@@ -215,8 +218,9 @@ class _Evidence:
         cell, corner = np.nonzero(facet)
         return cell, corner
 
-    def closed(self, sides: NDArray[np.int8], passed: int, reason: str, confidence: float) -> Surface:
+    def closed(self, reason: str, confidence: float) -> Surface:
         """All facets between inside and outside."""
+        sides, passed = self.sides(sealed=True)
         excess = self.repair(sides)
         cell, corner = self.between(sides)
         faces = np.take_along_axis(self.cells[cell], OUTWARD[corner], axis=1)
@@ -233,7 +237,7 @@ class _Evidence:
 
     def open(self, reason: str, confidence: float) -> Surface:
         """The facets between one hand and the other that are no wider than a sheet's."""
-        sides, passed = self.sides(sealed=False)
+        sides, passed = self.sides(sealed=False, trust=FIRST)
         excess = self.repair(sides)
         cell, corner = self.between(sides)
         keep = self.gate[cell, corner] <= OPEN_GATE
@@ -243,16 +247,12 @@ class _Evidence:
         faces[turned] = faces[turned, ::-1]
         used = np.zeros(len(self.points), bool)
         used[faces.ravel()] = True
-        buried = int(np.zeros(0).size if not len(faces) else (self._vertices() & ~used).sum())
+        vertices = np.zeros(len(self.points), bool)
+        vertices[self.cells.ravel()] = True
+        buried = int((vertices & ~used).sum())
         return Surface(
             faces, self.leak[cell, corner], "open", confidence, reason, buried, int((excess > 0).sum()), passed
         )
-
-    def _vertices(self) -> NDArray[np.bool_]:
-        """Which points are vertices of R."""
-        vertices = np.zeros(len(self.points), bool)
-        vertices[self.cells.ravel()] = True
-        return vertices
 
 
 def _planar(triangulation: RegularTriangulation, spacing: NDArray[np.float64]) -> Surface:

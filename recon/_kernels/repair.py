@@ -294,6 +294,7 @@ def move(
     seed,
     reach,
     hopeless,
+    order,
     state,
     queue,
     after,
@@ -343,7 +344,7 @@ def move(
             y = links[x, k]
             if y < m and mark[y] != first and mark[y] != -first and sides[y] == side:
                 mark[y] = first
-                heapq.heappush(heap, (-np.float64(gate[x, k]), np.int64(y)))
+                heapq.heappush(heap, (order * np.float64(gate[x, k]), np.int64(y)))
     for i in range(length - 1, best_length - 1, -1):
         _, _, stamp = flip(points, spacing, nodes, links, sides, chain[i], queue, seen, counted, stamp, excess)
     best = 0.0
@@ -440,6 +441,7 @@ def repair(points, spacing, nodes, links, gate, m, sides, pole, anti, rounds):
                         seed,
                         REACH_BURIED,
                         HOPELESS_BURIED,
+                        -1.0,
                         state,
                         queue,
                         after,
@@ -480,6 +482,7 @@ def repair(points, spacing, nodes, links, gate, m, sides, pole, anti, rounds):
                             star[i],
                             REACH_PINCH,
                             HOPELESS,
+                            -1.0,
                             state,
                             queue,
                             after,
@@ -516,6 +519,7 @@ def repair(points, spacing, nodes, links, gate, m, sides, pole, anti, rounds):
                     np.int32(x),
                     REACH_HANDLE,
                     HOPELESS,
+                    -1.0,
                     state,
                     queue,
                     after,
@@ -555,6 +559,7 @@ def repair(points, spacing, nodes, links, gate, m, sides, pole, anti, rounds):
                     y,
                     REACH_BURIED,
                     HOPELESS_BURIED,
+                    1.0,
                     state,
                     queue,
                     after,
@@ -570,4 +575,27 @@ def repair(points, spacing, nodes, links, gate, m, sides, pole, anti, rounds):
                 )
         if gained > -1e-9:
             break
+    absorb(nodes, links, gate, m, sides, component, size, queue, state)
+    state[0] = excesses(nodes, links, sides, around, queue, seen, counted, state[0], excess)
     return excess, state[3]
+
+
+@kernel
+def absorb(nodes, links, gate, m, sides, component, size, queue, state):
+    """Flip the islands that are no voids: no gate inside is wider than the widest one of the wall around."""
+    N = len(nodes)
+    count = number_components(links, sides, component, size, queue)
+    inner = np.zeros(count, np.float32)
+    outer = np.zeros(count, np.float32)
+    for x in range(m):
+        c = component[x]
+        for k in range(4):
+            if component[links[x, k]] == c:
+                inner[c] = max(inner[c], gate[x, k])
+            else:
+                outer[c] = max(outer[c], gate[x, k])
+    for x in range(m):
+        c = component[x]
+        if size[c] < min(ISLAND, BODY * N) and inner[c] <= outer[c]:
+            sides[x] ^= 1
+    state[1] = number_components(links, sides, component, size, queue)
