@@ -1,0 +1,140 @@
+"""What all commands share: exit codes, one-line errors, options, where text goes."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+from collections.abc import Callable, Sequence
+from types import FrameType
+from typing import Any
+
+import click
+
+OK, BUG, INPUT, DEGENERATE, MISSING, GUARANTEE, INTERRUPTED, TERMINATED, PIPE = 0, 1, 2, 3, 4, 5, 130, 143, 141
+
+
+class Terminated(KeyboardInterrupt):
+    """SIGTERM: as Ctrl-C, another exit code."""
+
+
+class Front(click.Group):
+    """A command group that turns every error into one line on stderr and an exit code."""
+
+    def main(self, *args: Any, **kwargs: Any) -> Any:
+        """Run a command; SIGTERM is treated as Ctrl-C, so that no temporary file stays behind."""
+        if threading.current_thread() is not threading.main_thread():
+            return super().main(*args, **kwargs)
+        before = signal.signal(signal.SIGTERM, _terminate)
+        try:
+            return super().main(*args, **kwargs)
+        finally:
+            signal.signal(signal.SIGTERM, before)
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run the command that was asked for and map its errors to exit codes."""
+        try:
+            return super().invoke(ctx)
+        except (click.ClickException, click.exceptions.Exit, click.Abort):
+            raise
+        except KeyboardInterrupt as stop:
+            complain("interrupted; nothing half-written was left")
+            _leave(ctx, TERMINATED if isinstance(stop, Terminated) else INTERRUPTED)
+        except BrokenPipeError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or Python complains at exit
+            _leave(ctx, PIPE)
+        except MemoryError:
+            complain("not enough memory for this input; use fewer points, or a machine with more")
+            _leave(ctx, BUG)
+        except Exception as error:  # the outermost frame: a bug must not look like bad input
+            code = exit_code(error)
+            if code is None:
+                _debug()
+                what = " ".join(f"{type(error).__name__}: {error}".split())
+                complain(f"internal error: {what}")
+                complain("this is a bug: please report it with the command; RECON_DEBUG=1 shows where it happened")
+            else:
+                complain(" ".join(str(error).split()))
+            _leave(ctx, BUG if code is None else code)
+
+
+def exit_code(error: BaseException) -> int | None:
+    """Give the exit code of an error; None for a bug."""
+    from ..contracts import CertificateError, DegenerateInput, InvalidInput, MissingDependency, StageError
+
+    codes: tuple[tuple[type[BaseException], int], ...] = (
+        (InvalidInput, INPUT),
+        (DegenerateInput, DEGENERATE),
+        (MissingDependency, MISSING),
+        (CertificateError, GUARANTEE),
+        (StageError, BUG),
+    )
+    return next((code for kind, code in codes if isinstance(error, kind)), None)
+
+
+def complain(message: str) -> None:
+    """Print a line on stderr."""
+    click.echo(f"recon: {message}", err=True)
+
+
+def shared(*names: str) -> Callable[[Callable], Callable]:
+    """Add options that several commands have."""
+    options = {
+        "json": click.option("--json", "as_json", is_flag=True, help="Print JSON instead of text."),
+        "quiet": click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors."),
+        "threads": click.option(
+            "--threads", type=click.IntRange(min=1), metavar="N", help="Threads to use; the result does not depend on it."
+        ),
+        "from": click.option(
+            "--from", "source_format", metavar="FORMAT", help="Format of the input, such as xyz; by default it is recognised."
+        ),
+        "to": click.option(
+            "--to", "target_format", metavar="FORMAT", help="Format of the output; by default its extension, ply for -."
+        ),
+        "drop": click.option(
+            "--drop-invalid", is_flag=True, help="Leave out rows with NaN or infinite coordinates, and count them."
+        ),
+        "weights": click.option(
+            "--weights", default="adaptive", metavar="adaptive|uniform|FILE", show_default=True,
+            help="Squared radius of the ball around each point: from local density and curvature, one for all, or one "
+            "number a line in a file.",
+        ),
+    }  # fmt: skip
+
+    def decorate(command: Callable) -> Callable:
+        for name in reversed(names):
+            command = options[name](command)
+        return command
+
+    return decorate
+
+
+def print_table(rows: Sequence[tuple[str, ...]], err: bool = False) -> None:
+    """Print rows as columns: the last one is not padded."""
+    if not rows:
+        return
+    widths = [max(len(row[i]) for row in rows if i < len(row)) for i in range(max(map(len, rows)))]
+    for row in rows:
+        cells = [cell.ljust(width) for cell, width in zip(row[:-1], widths)]
+        click.echo("  ".join([*cells, row[-1]]).rstrip(), err=err)
+
+
+def _terminate(number: int, frame: FrameType | None) -> None:
+    raise Terminated
+
+
+def _debug() -> None:
+    if os.environ.get("RECON_DEBUG"):
+        import traceback
+
+        traceback.print_exc()
+
+
+def _leave(ctx: click.Context, code: int) -> None:
+    """Exit; without waiting for a thread that is busy in compiled code."""
+    if any(thread.daemon and thread.name == "recon-work" for thread in threading.enumerate()):
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(code)
+    ctx.exit(code)

@@ -1,0 +1,166 @@
+"""``recon reconstruct``: the main job, from a point cloud to a mesh."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from .front import complain, shared
+
+if TYPE_CHECKING:
+    from ..io import PointCloud
+
+_EXAMPLES = """
+\b
+Examples:
+  recon reconstruct scan.xyz mesh.ply
+  recon reconstruct sheet.las terrain.ply --surface open --report report.json
+  recon reconstruct scans/*.ply meshes/ --to obj
+  zcat scan.xyz.gz | recon reconstruct - - --to stl > mesh.stl
+"""
+
+
+@click.command(short_help="Make a mesh from points.", epilog=_EXAMPLES)
+@click.argument("inputs", nargs=-1, required=True, metavar="IN...")
+@click.argument("out")
+@click.option(
+    "--surface", type=click.Choice(["auto", "closed", "open", "complex"]), default="auto", show_default=True,
+    help="What the mesh is to be; complex is the literal boundary of the weighted alpha complex.",
+)  # fmt: skip
+@shared("weights")
+@click.option("--alpha", type=float, default=0.0, show_default=True, help="Added to every weight: a squared length.")
+@click.option("--no-clean", is_flag=True, help="Leave the mesh as the complex gives it.")
+@shared("drop")
+@click.option("--report", metavar="FILE", help="Write the report, too, as JSON.")
+@shared("threads", "from", "to", "quiet", "json")
+def reconstruct(
+    inputs: tuple[str, ...],
+    out: str,
+    report: str | None,
+    source_format: str | None,
+    target_format: str | None,
+    quiet: bool,
+    as_json: bool,
+    drop_invalid: bool,
+    **options: Any,
+) -> None:
+    """Make a mesh OUT from the points of IN.
+
+    IN may be PLY, XYZ, CSV, PTS, PWN, OFF, OBJ, STL, PCD, NPY, NPZ or LAS; of a mesh the vertices are taken. OUT is
+    PLY (everything kept, double precision), OBJ, OFF, STL or GLB. With several inputs OUT is a folder.
+    """
+    from ..io import formats
+
+    pairs = _pairs(inputs, out, target_format)
+    for source, target in pairs:
+        formats.writer_for(target, target_format, formats.MESH_WRITERS)
+        _refuse_same(source, target)
+    if report is not None:
+        _check_report(report, len(pairs))
+    for source, target in pairs:
+        result = _run(source, target, source_format, target_format, drop_invalid, quiet, options)
+        text = result.report.to_json() if as_json else str(result.report)
+        if report is not None:
+            _write_report(report, result.report)
+        if as_json or not quiet:
+            click.echo(text, err=target == "-")
+
+
+def _run(
+    source: str,
+    target: str,
+    source_format: str | None,
+    target_format: str | None,
+    drop_invalid: bool,
+    quiet: bool,
+    options: dict[str, Any],
+) -> Any:
+    """Read, reconstruct, write."""
+    from dataclasses import replace
+
+    from ..contracts import ReconError
+    from ..io import read_points, write_mesh
+    from ..pipeline import reconstruct as reconstruct_surface
+    from .weights import from_option
+    from .work import Progress, interruptible
+
+    cloud = read_points(source, format=source_format, drop_invalid=drop_invalid)
+    if cloud.dropped and not quiet:
+        complain(f"{source}: dropped {cloud.dropped:,} of {len(cloud) + cloud.dropped:,} rows: NaN or infinite")
+    weights = from_option(options["weights"], cloud)
+    progress = Progress(quiet)
+    try:
+        result = interruptible(
+            lambda: reconstruct_surface(
+                cloud.points,
+                weights,
+                alpha=options["alpha"],
+                surface=options["surface"],
+                attributes=cloud.attributes,
+                clean=not options["no_clean"],
+                threads=options["threads"],
+                progress=progress,
+            )
+        )
+    except ReconError as error:
+        error.args = (f"{source}: {error}",)
+        raise
+    finally:
+        progress.close()
+    mesh = result.mesh
+    if cloud.dropped:  # back to the rows of the file
+        rows = mesh.vertex_source
+        mesh = replace(mesh, vertex_source=_file_rows(rows, cloud))
+    lost = write_mesh(mesh, target, format=target_format)
+    if lost and not quiet:
+        complain(f"{target}: this format cannot hold {', '.join(lost)}; PLY can")
+    return result
+
+
+def _file_rows(rows: Any, cloud: PointCloud) -> Any:
+    import numpy as np
+
+    return np.where(rows >= 0, cloud.rows[np.maximum(rows, 0)], rows)
+
+
+def _pairs(inputs: tuple[str, ...], out: str, target_format: str | None) -> list[tuple[str, str]]:
+    """Give each input its output: the file named, or one of the same name in the folder named."""
+    is_folder = out != "-" and (os.path.isdir(out) or out.endswith(("/", os.sep)))
+    if not is_folder:
+        if len(inputs) > 1:
+            raise click.UsageError(
+                f"{len(inputs)} inputs need a folder to write to; {out} is none (end it with / to make one)"
+            )
+        return [(inputs[0], out)]
+    extension = target_format or "ply"
+    stems = ["stdin" if path == "-" else os.path.splitext(os.path.basename(path))[0] for path in inputs]
+    twice = sorted({stem for stem in stems if stems.count(stem) > 1})
+    if twice:
+        raise click.UsageError(f"two inputs would both be written to {os.path.join(out, twice[0])}.{extension}")
+    os.makedirs(out, exist_ok=True)
+    return [(path, os.path.join(out, f"{stem}.{extension}")) for path, stem in zip(inputs, stems)]
+
+
+def _refuse_same(source: str, target: str) -> None:
+    if source != "-" and target != "-" and os.path.exists(target) and os.path.samefile(source, target):
+        raise click.UsageError(f"{target}: is the input; name another output")
+
+
+def _check_report(report: str, count: int) -> None:
+    """Refuse a report that could not be written, before the work."""
+    from ..io import check_writable
+
+    if count > 1:
+        raise click.UsageError("--report takes one input")
+    if os.path.splitext(report)[1].lower() != ".json":
+        raise click.UsageError(f"--report: {report} should end in .json")
+    check_writable(report)
+
+
+def _write_report(path: str, report: Any) -> None:
+    from ..io.files import whole_file
+
+    with whole_file(path) as file:
+        file.write(report.to_json().encode() + b"\n")

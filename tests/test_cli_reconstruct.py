@@ -1,0 +1,214 @@
+"""``recon reconstruct`` from end to end: the mesh, the report, and every way in which it may not work."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import datasets_synthetic
+import recon
+from recon.cli import main
+
+
+def run(*args, stdin=None):
+    return CliRunner().invoke(main, [str(arg) for arg in args], input=stdin)
+
+
+def refused(result, code, *parts):
+    """Assert the exit code and one line on stderr that has the parts."""
+    assert result.exit_code == code, result.output
+    assert result.stdout == ""
+    lines = result.stderr.strip().splitlines()
+    assert len(lines) == 1 and lines[0].startswith("recon: "), lines
+    for part in parts:
+        assert str(part) in lines[0], lines
+
+
+@pytest.fixture(scope="module")
+def torus():
+    return datasets_synthetic.surface("torus").sample(1500, spacing="blue", rng=5).points
+
+
+@pytest.fixture
+def cloud(tmp_path, torus):
+    path = tmp_path / "torus.ply"
+    colors = np.random.default_rng(1).integers(0, 256, (len(torus), 3), dtype=np.uint8)
+    recon.write_points(torus, path, attributes={"colors": colors, "id": np.arange(len(torus))})
+    return path
+
+
+@pytest.fixture
+def no_work(monkeypatch):
+    """Fail the test if any work is begun."""
+    import recon.pipeline
+
+    def fail(*args, **kwargs):
+        pytest.fail("work was begun")
+
+    monkeypatch.setattr(recon.pipeline, "reconstruct", fail)
+
+
+def test_a_torus_comes_out_closed_with_its_attributes(cloud, tmp_path, torus):
+    result = run("reconstruct", cloud, tmp_path / "mesh.ply")
+    assert result.exit_code == 0, result.output
+    assert "closed" in result.stdout and "1,500" in result.stdout
+    mesh = recon.read_mesh(tmp_path / "mesh.ply")
+    values = {metric.name: metric.value for metric in recon.measure(mesh)}
+    assert values["closed"] and values["manifold"] and values["outward"] and values["euler"] == 0
+    assert np.array_equal(mesh.vertices, torus[mesh.vertex_source])
+    assert np.array_equal(mesh.attributes["id"], mesh.vertex_source)
+    assert run("check", tmp_path / "mesh.ply", "--require", "closed", "--require", "outward").exit_code == 0
+
+
+def test_standard_streams_carry_points_in_and_a_mesh_out(cloud, torus, tmp_path):
+    result = run("reconstruct", "-", "-", stdin=cloud.read_bytes())
+    assert result.exit_code == 0
+    (tmp_path / "out").write_bytes(result.stdout_bytes)
+    assert len(recon.read_mesh(tmp_path / "out").vertices) > 0.99 * len(torus)
+    assert "1,500" in result.stderr
+
+
+def test_quiet_prints_nothing_and_json_is_json(cloud, tmp_path):
+    assert run("reconstruct", cloud, tmp_path / "a.obj", "--quiet").output == ""
+    result = run("reconstruct", cloud, tmp_path / "b.ply", "--json", "--report", tmp_path / "r.json")
+    report = json.loads(result.stdout)
+    written = json.loads((tmp_path / "r.json").read_text())
+    assert report == written
+    assert "1500" in json.dumps(report)
+
+
+def test_the_result_does_not_depend_on_threads(cloud, tmp_path):
+    for threads in (1, 2):
+        assert run("reconstruct", cloud, tmp_path / f"{threads}.ply", "--threads", threads).exit_code == 0
+    assert (tmp_path / "1.ply").read_bytes() == (tmp_path / "2.ply").read_bytes()
+
+
+def test_what_a_format_cannot_hold_is_said(cloud, tmp_path):
+    result = run("reconstruct", cloud, tmp_path / "mesh.stl")
+    assert "mesh.stl: this format cannot hold colors, id; PLY can" in result.stderr
+
+
+def test_dropped_rows_are_counted_and_vertices_name_rows_of_the_file(torus, tmp_path):
+    points = np.insert(torus, [0, 700], np.nan, axis=0)
+    np.save(tmp_path / "p.npy", points)
+    refused(run("reconstruct", tmp_path / "p.npy", tmp_path / "m.ply"), 2, "point 0", "2 such rows", "--drop-invalid")
+    result = run("reconstruct", tmp_path / "p.npy", tmp_path / "m.ply", "--drop-invalid")
+    assert result.exit_code == 0
+    assert "dropped 2 of 1,502 rows" in result.stderr
+    mesh = recon.read_mesh(tmp_path / "m.ply")
+    assert np.array_equal(mesh.vertices, points[mesh.vertex_source])
+
+
+@pytest.mark.parametrize(
+    "points",
+    [
+        [[0, 0, 0], [1, 0, 0], [0, 1, 0]],
+        [[1, 2, 3]] * 9,
+        [[t, 2 * t, 3 * t] for t in range(30)],
+        [[0.1 * t, 0.1, 0.3] for t in range(30)],
+    ],
+    ids=["three", "equal", "line", "axis"],
+)
+def test_degenerate_clouds_end_with_3_and_write_nothing(tmp_path, points):
+    recon.write_points(points, tmp_path / "p.xyz")
+    refused(run("reconstruct", tmp_path / "p.xyz", tmp_path / "m.ply"), 3, "p.xyz")
+    assert os.listdir(tmp_path) == ["p.xyz"]
+
+
+@pytest.mark.parametrize(
+    ("args", "part"),
+    [
+        (("m.docx",), "extension .docx is unknown"),
+        (("m",), "no extension"),
+        (("nowhere/m.ply",), "there is no folder"),
+        (("m.ply", "--to", "xyz"), "no format that can be written here"),
+    ],
+)
+def test_an_impossible_output_is_refused_before_any_work(cloud, tmp_path, monkeypatch, no_work, args, part):
+    monkeypatch.chdir(tmp_path)
+    refused(run("reconstruct", "torus.ply", *args), 2, part)
+    assert os.listdir(tmp_path) == ["torus.ply"]
+
+
+@pytest.mark.parametrize(
+    ("args", "part"),
+    [
+        (("torus.ply", "torus.ply"), "is the input"),
+        (("torus.ply", "other.ply", "m.ply"), "2 inputs need a folder"),
+        (("torus.ply", "a/torus.xyz", "out/"), "two inputs would both be written"),
+        (("torus.ply", "m.ply", "--report", "r.docx"), "should end in .json"),
+        (("torus.ply", "m.ply", "--surface", "flat"), "--surface"),
+        (("torus.ply", "m.ply", "--threads", "0"), "--threads"),
+    ],
+)
+def test_senseless_requests_are_usage_errors_before_any_work(cloud, tmp_path, monkeypatch, no_work, args, part):
+    monkeypatch.chdir(tmp_path)
+    result = run("reconstruct", *args)
+    assert result.exit_code == 2 and part in result.output
+    assert os.listdir(tmp_path) == ["torus.ply"]
+
+
+def test_weights_come_from_a_file_with_one_a_point(cloud, torus, tmp_path):
+    weights = tmp_path / "w.txt"
+    weights.write_text("0.001\n" * len(torus))
+    assert run("reconstruct", cloud, tmp_path / "m.ply", "--weights", weights).exit_code == 0
+    weights.write_text("0.001\n" * 7)
+    refused(run("reconstruct", cloud, tmp_path / "n.ply", "--weights", weights), 2, "7 weights for 1,500 points")
+    refused(run("reconstruct", cloud, tmp_path / "n.ply", "--weights", "heavy"), 2, "heavy: no such file")
+    assert not (tmp_path / "n.ply").exists()
+
+
+def test_many_inputs_go_to_a_folder(cloud, torus, tmp_path):
+    recon.write_points(torus * 2, tmp_path / "big.xyz")
+    result = run("reconstruct", cloud, tmp_path / "big.xyz", f"{tmp_path}/out/", "--to", "off", "--quiet")
+    assert result.exit_code == 0, result.output
+    assert sorted(os.listdir(tmp_path / "out")) == ["big.off", "torus.off"]
+
+
+BUSY = """
+import sys, time
+import recon.pipeline
+from recon.cli import main
+
+def busy(*args, **kwargs):
+    print("busy", flush=True)
+    time.sleep(60)  # as compiled code does: the interpreter is free, the thread is not
+
+recon.pipeline.reconstruct = busy
+main(sys.argv[1:])
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="POSIX signals")
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_an_interruption_acts_at_once_and_leaves_nothing(cloud, tmp_path, number, code):
+    command = [sys.executable, "-c", BUSY, "reconstruct", str(cloud), str(tmp_path / "m.ply")]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stdout.readline() == b"busy\n"
+        process.send_signal(number)
+        _, errors = process.communicate(timeout=30)  # the work would take 60
+    assert process.returncode == code
+    assert errors.decode() == "recon: interrupted; nothing half-written was left\n"
+    assert os.listdir(tmp_path) == ["torus.ply"]
+
+
+def test_progress_shows_on_a_terminal_only(monkeypatch, capsys):
+    from recon.cli.work import Progress
+
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    for quiet in (True, False):
+        progress = Progress(quiet)
+        progress("triangulation", 0.25)
+        progress("surface", 0.5)
+        shown = capsys.readouterr().err
+        assert ("triangulation" in shown and "50 %" in shown) is not quiet
+        progress.close()
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: False)
+    capsys.readouterr()
+    Progress(False)("surface", 0.5)
+    assert capsys.readouterr().err == ""
