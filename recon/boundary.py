@@ -1,0 +1,132 @@
+"""The facets of one weighted alpha shape W_alpha, oriented (paper, section 2), without the intervals of all others."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._kernels import alpha as levels
+from ._kernels import boundary as kernels
+from ._kernels.sizes import settle
+from .intervals import Family
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Boundary:
+    """Facets of W_alpha: its exposed simplices of one dimension less than R, and nothing else.
+
+    Attributes
+    ----------
+    facets : (f, d) ndarray of int32
+        Input rows, the lowest first, in lexicographic order of their sorted rows. A regular facet is oriented outward:
+        counter-clockwise seen from outside in 3-D, the inside on the left in 2-D. A singular one ascends.
+    singular : (f,) ndarray of bool
+        Exposed from both sides, so bounding no interior.
+    """
+
+    facets: NDArray[np.int32]
+    singular: NDArray[np.bool_]
+
+    def __len__(self) -> int:
+        return len(self.facets)
+
+    def __repr__(self) -> str:
+        count = np.count_nonzero(self.singular)
+        return f"Boundary({len(self) - count} regular and {count} singular facets)"
+
+
+def boundary_at(family: Family, alpha: float) -> Boundary:
+    """Give the facets of W_alpha."""
+    d = family.triangulation.dimension
+    if d == 0:
+        return _frozen(np.empty((0, 0), np.int32), np.empty(0, bool))
+    if d == 3 and family.by_kernels and not family.has(2):
+        return _boundary_alone(family, alpha)
+    return _boundary_of_levels(family, alpha)
+
+
+def _boundary_of_levels(family: Family, alpha: float) -> Boundary:
+    """Read the facets off the intervals."""
+    triangulation, d = family.triangulation, family.triangulation.dimension
+    level = family.level(d - 1)
+    regular = (level.mu_lower <= alpha) & (level.on_hull | (alpha < level.mu_upper))
+    singular = ~level.attached & (level.rho <= alpha) & (alpha < level.mu_lower)
+    found = np.flatnonzero(regular | singular)
+    owner = family.owners()[found]
+    # The facets of a positive cell, in the order of its vertices, face outward for an even slot, else inward.
+    cell, slot = np.divmod(owner, d + 1)
+    corners = triangulation.cells[cell]
+    corners = corners[np.arange(d + 1) != slot[:, None]].reshape(len(found), d)
+    odd = (slot + _parity(corners) + (family.cell_sizes[cell] > alpha)) % 2 == 1
+    facets, singular = level.simplices[found].copy(), singular[found]
+    if d > 1:
+        turn = odd & ~singular
+        facets[turn, -2:] = facets[turn, -2:][:, ::-1]
+    return _frozen(facets, singular)
+
+
+def _boundary_alone(family: Family, alpha: float) -> Boundary:
+    """Compare the sizes of tetrahedra with alpha, and measure only the few facets that may be singular."""
+    cells, neighbors = family.triangulation.cells, family.triangulation.neighbors
+    points, exponent, _ = family.scaled
+    bound = math.ldexp(alpha, -2 * exponent)
+    verdict = np.empty(len(cells), np.uint8)
+    if math.isinf(alpha):
+        verdict[:] = alpha > 0
+    else:
+        kernels.cells_in(points, cells, bound, verdict)
+        close = np.flatnonzero(verdict == 2)
+        verdict[close] = _sizes(family, cells[close])[0] <= alpha
+    marks = np.empty(len(cells), np.uint8)
+    regular_count, singular_count = kernels.facets_between(points, cells, neighbors, verdict, bound, marks)
+    regular, singular = np.empty(regular_count, np.int32), np.empty(singular_count, np.int32)
+    kernels.list_facets(marks, 0, regular)
+    kernels.list_facets(marks, 4, singular)
+    singular = singular[_is_singular(family, singular, alpha)]
+
+    found = np.concatenate([regular, singular])
+    starts, ints = np.empty(len(points) + 2, np.int64), np.empty((len(found), 4), np.int32)
+    kernels.bucket_facets(cells, found, starts, ints)
+    facets, tails = np.empty((len(found), 3), np.int32), np.empty((2, len(found)), np.int32)
+    levels.unpack(starts[:-1], ints, np.empty((len(found), 0)), facets, tails, np.empty((0, len(found))))
+    inward, position = tails
+    is_singular = position >= len(regular)
+    turn = (inward == 1) & ~is_singular
+    facets[turn, 1:] = facets[turn, :0:-1]
+    return _frozen(facets, is_singular)
+
+
+def _is_singular(family: Family, facets: NDArray[np.int32], alpha: float) -> NDArray[np.bool_]:
+    """Tell of facets (4 cell + slot) between outer cells whether they are unattached and of size at most alpha."""
+    cells, neighbors = family.triangulation.cells, family.triangulation.neighbors
+    cell, slot = facets >> 2, facets & 3
+    corners = cells[cell][np.arange(4) != slot[:, None]].reshape(-1, 3)
+    result = _sizes(family, corners)[0] <= alpha
+    result &= _sizes(family, cells[cell])[1] >> slot & 1 == 0
+    other = neighbors[cell, slot]
+    inner = np.flatnonzero(other >= 0)
+    mirror = (neighbors[other[inner]] == cell[inner, None]).argmax(axis=1)
+    result[inner] &= _sizes(family, cells[other[inner]])[1] >> mirror & 1 == 0
+    return result
+
+
+def _sizes(family: Family, simplices: NDArray[np.int32]) -> tuple[NDArray[np.float64], NDArray[np.uint8]]:
+    """Sizes of a few triangles or tetrahedra, and bits of the negative coordinates of their orthocentres."""
+    points, exponent, integral = family.scaled
+    rho, code = np.empty(len(simplices)), np.full(len(simplices), (1 << simplices.shape[1]) - 1, np.uint8)
+    settle(points, integral, simplices, rho, code)
+    return np.ldexp(rho, 2 * exponent), code
+
+
+def _parity(rows: NDArray[np.int32]) -> NDArray[np.int64]:
+    """Number of inversions (s,) of each row (s, d)."""
+    first, second = np.triu_indices(rows.shape[1], 1)
+    return (rows[:, first] > rows[:, second]).sum(axis=1)
+
+
+def _frozen(facets: NDArray[np.int32], singular: NDArray[np.bool_]) -> Boundary:
+    facets.flags.writeable = singular.flags.writeable = False
+    return Boundary(facets, singular)

@@ -1,0 +1,274 @@
+"""Size, attachment and interval bounds of all simplices of R, one level a dimension (paper, section 5 and rule 5.3).
+
+The kernels serve cells of dimension 2 and 3 in up to three coordinates, `intervals_nd` all others, by the same rules.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import intervals_nd
+from ._kernels import alpha as kernels
+from ._kernels import voids
+from ._kernels.alpha import ATTACHED, HULL
+from ._kernels.sizes import settle
+from .contracts import InvalidInput
+from .regular import RegularTriangulation
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Level:
+    """All k-simplices of R in lexicographic order, and what section 5 says of each.
+
+    Attributes
+    ----------
+    simplices : (s, k+1) ndarray of int32
+        Input rows, ascending in a row.
+    starts : (n+1,) ndarray of int64
+        The simplices of first vertex v are starts[v] .. starts[v+1] - 1.
+    rho, mu_lower, mu_upper : (s,) ndarray of float64 [L^2]
+    code : (s,) ndarray of uint8
+        ATTACHED, HULL, and what the next level down needs.
+    owner : (s,) ndarray of int32 or None
+        Where known: of a facet (k+1) * cell + slot opposite, of a cell its row in the triangulation.
+    """
+
+    simplices: NDArray[np.int32]
+    starts: NDArray[np.int64]
+    rho: NDArray[np.float64]
+    mu_lower: NDArray[np.float64]
+    mu_upper: NDArray[np.float64]
+    code: NDArray[np.uint8]
+    owner: NDArray[np.int32] | None = None
+
+    def __post_init__(self) -> None:
+        for name in self.__slots__:
+            if getattr(self, name) is not None:
+                getattr(self, name).flags.writeable = False
+
+    @property
+    def attached(self) -> NDArray[np.bool_]:
+        """Has y_T a conflict? (s,)."""
+        return (self.code & ATTACHED) > 0
+
+    @property
+    def on_hull(self) -> NDArray[np.bool_]:
+        """Does the simplex lie in the boundary of the convex hull? (s,)."""
+        return (self.code & HULL) > 0
+
+    @property
+    def entry(self) -> NDArray[np.float64]:
+        """The least alpha at which the simplex is in K_alpha (s,)."""
+        return np.where(self.attached, self.mu_lower, self.rho)
+
+
+class Family:
+    """The levels of a triangulation, each computed when first asked for, with those above it, and kept."""
+
+    def __init__(self, triangulation: RegularTriangulation) -> None:
+        self.triangulation = triangulation
+        self._levels: dict[int, Level] = {}
+        self._cells: tuple[NDArray[np.float64], NDArray[np.uint8]] | None = None
+        self._scaled: tuple[NDArray[np.float64], int, bool] | None = None
+
+    @property
+    def by_kernels(self) -> bool:
+        """Do the kernels serve this triangulation?"""
+        return self.triangulation.dimension in (2, 3) and self.triangulation.points.shape[1] <= 3
+
+    @property
+    def scaled(self) -> tuple[NDArray[np.float64], int, bool]:
+        """Rows x, y, z, w over powers of 2**exponent; the exponent; are all of them integers? See `scale`."""
+        if self._scaled is None:
+            self._scaled = scale(self.triangulation.points, self.triangulation.weights)
+        return self._scaled
+
+    def level(self, k: int) -> Level:
+        """All k-simplices."""
+        if k not in self._levels:
+            d = self.triangulation.dimension
+            if not self.by_kernels:
+                self._levels = intervals_nd.levels(self.triangulation, Level)
+            elif k == 0:
+                self._levels[k] = self._vertices()
+            elif k == 1:
+                self._levels[k] = self._edges()
+            elif d == 2:
+                self._levels[k] = self._triangles()
+            elif k == 2:
+                self._levels[k] = self._facets()
+            else:
+                self._levels[k] = self._tetrahedra()
+        return self._levels[k]
+
+    def has(self, k: int) -> bool:
+        """Is this level there already?"""
+        return k in self._levels
+
+    @property
+    def cell_sizes(self) -> NDArray[np.float64]:
+        """Size of every cell, in the order of the triangulation (m,)."""
+        if self.by_kernels and self.triangulation.dimension == 3:
+            return self._measured_cells()[0]
+        cells = self.level(self.triangulation.dimension)
+        sizes = np.empty(len(cells.rho))
+        sizes[cells.owner] = cells.rho
+        return sizes
+
+    def faces(self, k: int) -> NDArray[np.int32]:
+        """Rows (s, k+1) in `level(k - 1)` of the facet opposite each vertex of each k-simplex, k >= 1."""
+        above, below = self.level(k).simplices, self.level(k - 1)
+        faces = np.empty(above.shape, np.int32)
+        voids.find_faces(above, below.simplices, below.starts, faces)
+        return faces
+
+    def owners(self) -> NDArray[np.int32]:
+        """One side of each facet (s,): (d+1) * cell + slot opposite, in the triangulation."""
+        d = self.triangulation.dimension
+        owner = self.level(d - 1).owner
+        if owner is None:
+            cell = self.level(d).owner[:, None]  # type: ignore[index]
+            slot = np.argsort(self.triangulation.cells[cell[:, 0]], axis=1)
+            owner = np.empty(len(self.level(d - 1).rho), np.int32)
+            owner[self.faces(d)] = (d + 1) * cell + slot
+        return owner
+
+    def sides(self) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+        """The two cells at each facet, rows of the triangulation (s,); the second is -1 on the hull."""
+        cell, slot = np.divmod(self.owners(), self.triangulation.dimension + 1)
+        return cell, self.triangulation.neighbors[cell, slot]
+
+    def _measured_cells(self) -> tuple[NDArray[np.float64], NDArray[np.uint8]]:
+        """Sizes and conflict bits of tetrahedra, in the order of the triangulation."""
+        if self._cells is None:
+            cells = self.triangulation.cells
+            rho, conflict = np.empty(len(cells)), np.empty(len(cells), np.uint8)
+            points, exponent, integral = self.scaled
+            kernels.measure_tetrahedra(points, integral, cells, rho, conflict)
+            settle(points, integral, cells, rho, conflict)
+            self._cells = _unscaled(rho, exponent), conflict
+        return self._cells
+
+    def _tetrahedra(self) -> Level:
+        cells = self.triangulation.cells
+        rho, _ = self._measured_cells()
+        starts, ints, reals = self._buckets(len(cells), 1)
+        kernels.count_cells(cells, starts)
+        kernels.bucket_cells(cells, rho, starts, ints, reals)
+        rows, (owner,), (rho,) = _unpacked(starts, ints, reals, 4)
+        return Level(rows, starts, rho, rho, rho, np.zeros(len(rows), np.uint8), owner)
+
+    def _facets(self) -> Level:
+        cells, neighbors = self.triangulation.cells, self.triangulation.neighbors
+        points, exponent, integral = self.scaled
+        cell_rho, conflict = self._measured_cells()
+        starts, ints, reals = self._buckets(int(neighbors.size + np.count_nonzero(neighbors < 0)) // 2, 3)
+        kernels.count_facets(cells, neighbors, starts)
+        kernels.facets_of_tetrahedra(points, integral, cells, neighbors, cell_rho, conflict, starts, ints, reals)
+        rows, (owner, code), (rho, lower, upper) = _unpacked(starts, ints, reals, 3)
+        code = code.astype(np.uint8)
+        settle(points, integral, rows, rho, code)
+        return Level(rows, starts, _unscaled(rho, exponent), lower, upper, code, owner)
+
+    def _triangles(self) -> Level:
+        cells, neighbors = self.triangulation.cells, self.triangulation.neighbors
+        points, exponent, integral = self.scaled
+        starts, ints, reals = self._buckets(len(cells), 1)
+        kernels.count_cells(cells, starts)
+        kernels.measure_triangles(points, integral, cells, neighbors, starts, ints, reals)
+        rows, (owner, code), (rho,) = _unpacked(starts, ints, reals, 3)
+        code = code.astype(np.uint8)
+        settle(points, integral, rows, rho, code)
+        rho = _unscaled(rho, exponent)
+        return Level(rows, starts, rho, rho, rho, code, owner)
+
+    def _edges(self) -> Level:
+        triangulation, faces = self.triangulation, self.level(2)
+        points, exponent, integral = self.scaled
+        n = len(triangulation.points)
+        # Euler: R triangulates a ball, so that vertices - edges + triangles - tetrahedra = 1.
+        cells = len(triangulation.cells) if triangulation.dimension == 3 else 0
+        count = n - len(triangulation.hidden) + len(faces.rho) - cells - 1
+        rows, starts, code = np.empty((count, 2), np.int32), np.empty(n + 1, np.int64), np.empty(count, np.uint8)
+        rho, lower, upper = np.empty((3, count))
+        scratch = np.empty(n + 2, np.int64), np.empty((len(faces.rho), 3))
+        status = kernels.edges_of_triangles(
+            points, integral, faces.simplices, faces.starts, faces.rho, faces.mu_lower, faces.mu_upper, faces.code,
+            *scratch, rows, starts, rho, lower, upper, code,
+        )  # fmt: skip
+        if status:
+            raise InvalidInput("triangulation: not of a ball, as its Euler characteristic is not 1")
+        settle(points, integral, rows, rho, code)
+        return Level(rows, starts, _unscaled(rho, exponent), lower, upper, code)
+
+    def _vertices(self) -> Level:
+        edges, weights = self.level(1), self.triangulation.weights
+        n = len(weights)
+        bounds = kernels.vertices_of_edges(n, edges.simplices, edges.rho, edges.mu_lower, edges.mu_upper, edges.code)
+        there = np.ones(n, bool)
+        there[self.triangulation.hidden] = False
+        lower, upper, code = (values[there] for values in bounds)
+        rows = np.flatnonzero(there).astype(np.int32)[:, None]
+        starts = np.concatenate([[0], np.cumsum(there)])
+        return Level(rows, starts, -weights[there], lower, upper, code)
+
+    def _buckets(self, count: int, reals: int) -> tuple[NDArray[np.int64], NDArray[np.int32], NDArray[np.float64]]:
+        # Large arrays come from numpy, which asks for huge pages: the kernels' own would cost a page fault every 4 kB.
+        n = len(self.triangulation.points)
+        return np.empty(n + 1, np.int64), np.empty((count, 4), np.int32), np.empty((count, reals))
+
+
+def scale(points: NDArray[np.float64], weights: NDArray[np.float64]) -> tuple[NDArray[np.float64], int, bool]:
+    """Give rows x, y, z, w divided by powers of 2**exponent, exactly; that exponent; and whether all are integers.
+
+    Integers, where all coordinates are multiples of one unit and the weights of its square, so that the kernels know
+    zeros; else the extent is brought near 1, unless it is moderate already.
+    """
+    n, d = points.shape
+    extent = math.frexp(float(np.ptp(points, axis=0).max()))[1]
+    top = math.frexp(float(np.abs(points).max()))[1]
+    integral = False
+    for part in slice(0, 64), slice(None):
+        unit = min(_lowest_bit(points[part]), _lowest_bit(weights[part]) // 2)
+        integral = abs(unit) < 400 and top - unit <= 45
+        if not integral:
+            break
+    exponent = unit if integral else (extent if abs(extent) > 40 else 0)
+    scaled = np.zeros((n, 4))
+    scaled[:, :d], scaled[:, 3] = points, weights
+    if exponent:
+        scaled[:, :d] = np.ldexp(points, -exponent)
+        scaled[:, 3] = np.ldexp(weights, -2 * exponent)
+        back = np.ldexp(scaled[:, :d], exponent), np.ldexp(scaled[:, 3], 2 * exponent)
+        if not ((back[0] == points).all() and (back[1] == weights).all()):  # something underflowed
+            scaled[:, :d], scaled[:, 3], exponent, integral = points, weights, 0, False
+    return scaled, exponent, integral
+
+
+def _lowest_bit(values: NDArray[np.float64]) -> int:
+    """Exponent of the lowest bit that is set in any value; a large one where all are zero."""
+    fraction, exponent = np.frexp(values[values != 0])
+    mantissa = np.ldexp(np.abs(fraction), 53).astype(np.int64)
+    low = np.frexp((mantissa & -mantissa).astype(np.float64))[1] - 1
+    return int((exponent - 53 + low).min(initial=1 << 20))
+
+
+def _unscaled(rho: NDArray[np.float64], exponent: int) -> NDArray[np.float64]:
+    """Sizes in the units of the input."""
+    return np.ldexp(rho, 2 * exponent) if exponent else rho
+
+
+def _unpacked(
+    starts: NDArray[np.int64], ints: NDArray[np.int32], reals: NDArray[np.float64], width: int
+) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.float64]]:
+    """Sort bucketed records: rows (s, width), and an array (s,) for each further column of integers and of reals."""
+    count = len(ints)
+    rows = np.empty((count, width), np.int32)
+    tails = np.empty((ints.shape[1] - width + 1, count), np.int32)
+    columns = np.empty((reals.shape[1], count))
+    kernels.unpack(starts, ints, reals, rows, tails, columns)
+    return rows, tails, columns
