@@ -292,3 +292,28 @@ def test_stdin_is_read_as_bytes():
     data = io.BytesIO()
     np.save(data, np.eye(3))
     assert json.loads(run("info", "-", "--json", stdin=data.getvalue()).output)["points"] == 3
+
+
+# ---- alphas
+
+
+def test_alphas_of_a_square_are_those_of_pencil_and_paper(tmp_path):
+    (tmp_path / "square.xy").write_text("0 0\n2 0\n2 2\n0 2\n")
+    result = run(
+        "alphas", tmp_path / "square.xy", "--weights", "uniform", "--at", "0.5", "--at", "1.5", "--at", "3", "--json"
+    )
+    found = json.loads(result.output)
+    assert [state["betti"][:2] for state in found["states"]] == [[4, 0], [1, 1], [1, 0]]
+    assert found["lasting"] == [{"birth": 1.0, "death": 2.0}]
+    assert (found["lowest"], found["highest"]) == (0.0, 2.0)
+
+
+def test_alphas_show_the_inside_of_a_torus_as_the_most_lasting_void(tmp_path):
+    run("sample", "torus", tmp_path / "t.xyz", "-n", 1500, "--spacing", "blue")
+    result = run("alphas", tmp_path / "t.xyz", "--voids", 2, "--steps", 5)
+    assert result.exit_code == 0, result.output
+    rows = [line.split() for line in result.output.splitlines()]
+    assert ["alpha", "components", "tunnels", "voids", "facets"] in rows
+    assert any(row[:1] == ["0"] for row in rows)
+    lasting = {row[0]: float(row[3]) for row in rows[-2:]}
+    assert lasting["1"] > 3 * lasting["2"]

@@ -11,7 +11,8 @@ import click
 from .front import print_table, shared
 
 if TYPE_CHECKING:
-    from ..alpha import AlphaComplex
+    import numpy as np
+    from numpy.typing import NDArray
 
 _EXAMPLES = """
 \b
@@ -42,7 +43,7 @@ Examples:
     type=click.IntRange(min=0),
     default=8,
     show_default=True,
-    help="How many voids to list, deepest first.",
+    help="How many voids to list, the most lasting first.",
 )
 @shared("drop", "from", "json")
 def alphas(
@@ -58,69 +59,74 @@ def alphas(
     """List at which values of alpha the shape of the points in FILE changes, and what it is between them.
 
     Alpha is a squared length; with uniform weights its root is the radius that other programs call alpha. A void is
-    there from its birth, where it is sealed off, to its death, where it is filled: a surface worth having shows as a
-    void with a death far above its birth.
+    there from its birth, where it is sealed off, to its death, where it is filled: the inside of a solid shows as
+    a void that lasts longer than the others.
     """
-    from ..alpha import alpha_complex
     from ..io import read_points
     from .weights import resolve
     from .work import interruptible
 
     cloud = read_points(file, format=source_format, drop_invalid=drop_invalid)
-    family = interruptible(lambda: alpha_complex(cloud.points, resolve(weights, cloud)))
-    critical = family.spectrum()
-    at = list(chosen) if chosen else _steps(critical, steps)
-    states = [{"alpha": alpha, "betti": list(family.betti(alpha)), "facets": _facets(family, alpha)} for alpha in at]
-    voids = family.voids()
-    deepest = [{"birth": float(b), "death": float(d)} for b, d in zip(voids.birth[:shown], voids.death[:shown])]
+    found = interruptible(lambda: _describe(cloud.points, resolve(weights, cloud), chosen, steps, shown))
     if as_json:
-        found = {
-            "file": file,
-            "critical_values": len(critical),
-            "voids": len(voids),
-            "states": states,
-            "deepest": deepest,
-        }
-        click.echo(json.dumps({**found, "lowest": float(critical[0]), "highest": float(critical[-1])}, indent=1))
+        click.echo(json.dumps({"file": file, **found}, indent=1))
         return
-    click.echo(
-        f"{file}: {len(cloud):,} points, {len(critical):,} critical values, {critical[0]:.6g} .. {critical[-1]:.6g}"
-    )
-    click.echo()
-    _print_states(states, cloud.points.shape[1], weights == "uniform")
-    if deepest:
+    size = f"{len(cloud):,} points, {found['critical_values']:,} critical values"
+    click.echo(f"{file}: {size}, {found['lowest']:.6g} .. {found['highest']:.6g}\n")
+    _print_states(found["states"], cloud.points.shape[1], weights == "uniform")
+    if found["lasting"]:
         click.echo()
-        print_table(
-            [
-                ("void", "birth", "death", "death/birth"),
-                *(_void(number, void) for number, void in enumerate(deepest, 1)),
-            ]
-        )
+        head = ("void", "birth", "death", "lasts")
+        print_table([head, *(_void(number, void) for number, void in enumerate(found["lasting"], 1))])
 
 
-def _steps(critical: Any, steps: int) -> list[float]:
-    """Critical values at even ranks: each step lets in the same number of them, the first and the last included."""
+def _describe(
+    points: NDArray[np.float64],
+    weights: NDArray[np.float64] | None,
+    chosen: tuple[float, ...],
+    steps: int,
+    shown: int,
+) -> dict[str, Any]:
+    """Collect all figures, as JSON takes them."""
+    from ..alpha import alpha_complex
+
+    family = alpha_complex(points, weights)
+    critical = family.spectrum() + 0.0  # no -0
+    at = list(chosen) if chosen else _steps(critical, steps)
+    voids = family.voids()
+    lasting = (voids.birth - voids.death).argsort(kind="stable")[:shown].tolist()
+    return {
+        "points": len(points),
+        "critical_values": len(critical),
+        "lowest": float(critical[0]),
+        "highest": float(critical[-1]),
+        "states": [
+            {"alpha": alpha, "betti": family.betti(alpha).tolist(), "facets": len(family.boundary(alpha).facets)}
+            for alpha in at
+        ],
+        "voids": len(voids),
+        "lasting": [{"birth": float(voids.birth[void]), "death": float(voids.death[void])} for void in lasting],
+    }
+
+
+def _steps(critical: NDArray[np.float64], steps: int) -> list[float]:
+    """Critical values at even ranks, the first and the last included; and 0, where `recon reconstruct` stands."""
     last = len(critical) - 1
-    ranks = sorted({round(last * step / (steps - 1)) for step in range(steps)})
-    return [float(critical[rank]) for rank in ranks]
-
-
-def _facets(family: AlphaComplex, alpha: float) -> int:
-    return len(family.boundary(alpha).facets)
+    chosen = {float(critical[round(last * step / (steps - 1))]) for step in range(steps)}
+    return sorted(chosen | ({0.0} if critical[0] <= 0.0 <= critical[-1] else set()))
 
 
 def _print_states(states: list[dict[str, Any]], dimension: int, as_radius: bool) -> None:
     names = ("components", "tunnels", "voids") if dimension == 3 else ("components", "holes")
-    head = ["alpha", *(["radius"] if as_radius else []), *names, "facets"]
-    rows = [tuple(head)]
+    rows: list[tuple[str, ...]] = [("alpha", *(("radius",) if as_radius else ()), *names, "facets")]
     for state in states:
         alpha = state["alpha"]
-        radius = [f"{math.sqrt(alpha):.5g}" if alpha >= 0 else "-"] if as_radius else []
-        betti = [*state["betti"], *[0] * len(names)][: len(names)]
+        radius = (f"{math.sqrt(alpha):.5g}" if alpha >= 0 else "-",) if as_radius else ()
+        betti = [*state["betti"], 0, 0, 0][: len(names)]
         rows.append((f"{alpha:.6g}", *radius, *(f"{number:,}" for number in betti), f"{state['facets']:,}"))
     print_table(rows)
 
 
 def _void(number: int, void: dict[str, float]) -> tuple[str, ...]:
     birth, death = void["birth"], void["death"]
-    return str(number), f"{birth:.6g}", f"{death:.6g}", f"{death / birth:.3g}" if birth > 0 else "-"
+    return str(number), f"{birth:.6g}", f"{death:.6g}", f"{death - birth:.3g}"
