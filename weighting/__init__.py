@@ -9,8 +9,9 @@
 """
 
 from .adaptive import adaptive_weights
+from .covering import covering
 from .density import spacing
 from .grading import graded
 from .neighborhood import Neighborhood, neighbors
 
-__all__ = ["Neighborhood", "adaptive_weights", "graded", "neighbors", "spacing"]
+__all__ = ["Neighborhood", "adaptive_weights", "covering", "graded", "neighbors", "spacing"]

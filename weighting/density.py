@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import gamma
 
 from ._kernels import smooth
 from .neighborhood import RING, Neighborhood, neighbors
@@ -57,7 +58,7 @@ def spacing(
         return np.zeros(len(hood.inverse))
     k = min(k, hood.k)
     m = max(hood.points.shape[1] - 1, 1)
-    ball = np.pi ** (m / 2) / gamma(m / 2 + 1)
+    ball = math.pi ** (m / 2) / math.gamma(m / 2 + 1)
     logs = np.log((ball / k) ** (1 / m) * hood.distance[:, k - 1])
     for _ in range(rounds):
         logs = smooth(logs, hood.index, k)

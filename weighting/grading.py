@@ -51,3 +51,8 @@ def lowered(hood: Neighborhood, values: NDArray[np.float64], theta: float, k: in
     while relax(values, hood.index, hood.distance, k, theta, order):
         pass
     return values
+
+
+def raised(hood: Neighborhood, values: NDArray[np.float64], theta: float, k: int) -> NDArray[np.float64]:
+    """Grade the weights of distinct points upwards: w_i = max_j (w_j - theta |p_i - p_j|^2), the least such weights."""
+    return -lowered(hood, -values, theta, k)

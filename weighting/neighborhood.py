@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -31,6 +31,10 @@ class Neighborhood:
         The first input row of each point.
     inverse : (n,) ndarray of int64
         The row of `points` that each input row is.
+    tree : cKDTree
+        Of `points` times `scale`.
+    scale : float [1/L]
+        A power of two that keeps squares in range.
     """
 
     points: NDArray[np.float64]
@@ -38,11 +42,19 @@ class Neighborhood:
     distance: NDArray[np.float64]
     rows: NDArray[np.int64]
     inverse: NDArray[np.int64]
+    tree: cKDTree
+    scale: float
 
     @property
     def k(self) -> int:
         """Number of neighbours of every point: what was asked for, or all the others where there are fewer."""
         return self.index.shape[1]
+
+    def wider(self, rows: NDArray, k: int, threads: int | None = None) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
+        """Find k neighbours of some points: rows and distances, each (len(rows), k) or as many as there are."""
+        k = min(k, len(self.points) - 1)
+        distance, index = self.tree.query(self.tree.data[rows], k + 1, workers=-1 if threads is None else threads)
+        return _without_self(rows, index.astype(np.int32), distance / self.scale)
 
     def __repr__(self) -> str:
         (m, d), n = self.points.shape, len(self.inverse)
@@ -88,14 +100,11 @@ def neighbors(points: ArrayLike | Neighborhood, k: int = RING, *, threads: int |
             raise InvalidInput(f"points: a neighbourhood of {points.k} neighbours, but {k} are needed")
         return points
     distinct, rows, inverse = _distinct(as_points(points) + 0.0)  # -0.0 is 0.0
-    k = min(k, len(distinct) - 1)
-    if k == 0:
-        return Neighborhood(distinct, np.empty((1, 0), np.int32), np.empty((1, 0)), rows, inverse)
-    scale = 2.0 ** -np.frexp(np.abs(distinct).max())[1]  # exact, and squares stay in range
+    scale = 2.0 ** -float(np.frexp(np.abs(distinct).max())[1])  # exact
     tree = cKDTree(distinct * scale, balanced_tree=False)  # a median split is slow on quantised coordinates
-    distance, index = tree.query(tree.data, k + 1, workers=-1 if threads is None else threads)
-    index, distance = _without_self(index.astype(np.int32), distance / scale)
-    return Neighborhood(distinct, index, distance, rows, inverse)
+    empty = Neighborhood(distinct, np.empty((0, 0), np.int32), np.empty((0, 0)), rows, inverse, tree, scale)
+    index, distance = empty.wider(np.arange(len(distinct)), k, threads)
+    return replace(empty, index=index, distance=distance)
 
 
 def _distinct(points: NDArray) -> tuple[NDArray, NDArray[np.int64], NDArray[np.int64]]:
@@ -120,11 +129,11 @@ def _distinct(points: NDArray) -> tuple[NDArray, NDArray[np.int64], NDArray[np.i
     return located[fresh], order[fresh], inverse
 
 
-def _without_self(index: NDArray, distance: NDArray) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
+def _without_self(rows: NDArray, index: NDArray, distance: NDArray) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
     """Drop the point itself from its neighbours: the first, unless distances underflow to zero."""
-    own = index == np.arange(len(index), dtype=np.int32)[:, None]
-    if not own[:, 0].all():
-        own[~own.any(axis=1), -1] = True
-        m, k = index.shape[0], index.shape[1] - 1
-        return index[~own].reshape(m, k), distance[~own].reshape(m, k)
-    return np.ascontiguousarray(index[:, 1:]), np.ascontiguousarray(distance[:, 1:])
+    index, distance = index.reshape(len(rows), -1), distance.reshape(len(rows), -1)
+    own = index == rows[:, None]
+    if own[:, 0].all():
+        return np.ascontiguousarray(index[:, 1:]), np.ascontiguousarray(distance[:, 1:])
+    own[~own.any(axis=1), -1] = True
+    return index[~own].reshape(len(rows), -1), distance[~own].reshape(len(rows), -1)

@@ -1,0 +1,25 @@
+"""Row ranges worked on at the same time; kernels hold no interpreter lock."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import TypeVar
+
+from recon.contracts import InvalidInput
+
+T = TypeVar("T")
+_SMALL = 4096  # rows that are not worth a thread
+
+
+def over_ranges(work: Callable[[int, int], T], n: int, threads: int | None) -> list[T]:
+    """Call work(start, stop) on as many equal ranges of n rows as there are threads; results in order of the ranges."""
+    if threads is not None and threads < 1:
+        raise InvalidInput(f"threads: expected at least 1, got {threads}")
+    parts = min(threads or os.cpu_count() or 1, 8, n // _SMALL + 1)
+    bounds = [n * i // parts for i in range(parts + 1)]
+    if parts == 1:
+        return [work(0, n)]
+    with ThreadPoolExecutor(parts) as pool:
+        return list(pool.map(work, bounds[:-1], bounds[1:]))
