@@ -189,6 +189,13 @@ def test_a_hole():
         refused(assemble(t.points, t.weights, np.delete(t.cells, gone, axis=0).tolist(), t.hidden))
 
 
+def test_two_cells_on_the_same_side_of_their_facet():
+    points = [[0, 0], [4, 0], [2, 4], [2, 1]]
+    refused(assemble(points, np.zeros(4), [[0, 1, 2], [0, 1, 3]], []), "cells 0 and 1 fold over")
+    points = [[0, 0, 0], [4, 0, 0], [0, 4, 0], [1, 1, 4], [1, 1, 1]]
+    refused(assemble(points, np.zeros(5), [[0, 1, 2, 3], [0, 1, 2, 4]], []), "cells 0 and 1 fold over")
+
+
 def test_a_cell_twice():
     t = truth(SQUARE)
     twice = assemble(SQUARE, np.zeros(6), [*t.cells.tolist(), t.cells[0].tolist()], [])

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from oracle import orient
 from test_metrics import CORNERS, cube, icosphere, joined
 from test_topology import CUBE, grid_torus, strip
 
@@ -132,6 +133,9 @@ def test_orientation():
         ([cube(size=5), cube((1, 1, 1), 3, flip=True), cube((2, 2, 2))], True),
         ([cube(size=5), cube((1, 1, 1), 3, flip=True), cube((2, 2, 2), flip=True)], False),
         ([cube((2, 0.5, 0.5)), cube(), cube((-2, 0.5, 0.5))], True),
+        # The ray from the middle of the first face of the cavity meets the diagonal of the wall beyond.
+        ([cube(size=9), cube((2, 3, 5), 3, flip=True)], True),
+        ([cube(size=9), cube((2, 3, 5), 3)], False),
     ],
 )
 def test_the_outside_is_in_front(parts, right):
@@ -143,18 +147,19 @@ def test_the_outside_is_in_front(parts, right):
 
 
 def test_a_sliver_of_a_solid_faces_outwards_to_the_last_bit():
-    """A tetrahedron of a volume that floats cannot see."""
-    flat = np.array([[0.1, 0.1, 0.1], [0.7, 0.3, 0.9], [0.3, 0.9, 0.5], [0, 0, 0]])
-    flat[3] = (flat[0] + flat[1] + flat[2]) / 3
+    """Tetrahedra of a volume whose sign floats get wrong."""
+    rng = np.random.default_rng(0)
     faces = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
-    verdicts = []
-    for turn in (faces, faces[:, ::-1]):
-        try:
-            certify(Mesh.from_arrays(flat, turn))
-            verdicts.append("right")
-        except CertificateError as error:
-            verdicts.append("outwards" if "outwards" in str(error) else str(error))
-    assert sorted(verdicts) == ["outwards", "right"]
+    lost = 0
+    for _ in range(20):
+        flat = rng.normal(size=(4, 3))
+        flat[3] = (flat[0] + flat[1] + flat[2]) / 3
+        side = orient(*flat)
+        lost += side != np.sign(np.linalg.det(flat[1:] - flat[0]))
+        if side:
+            certify(Mesh.from_arrays(flat, faces[:, ::side]))
+            refused(Mesh.from_arrays(flat, faces[:, ::-side]), "does not face outwards")
+    assert lost > 0
 
 
 def test_embedding():

@@ -39,11 +39,17 @@ def mixed(rng, n, d):
     return points * 10.0 ** rng.integers(-90, 90, size=(n, 1)), weights * 10.0 ** rng.integers(-200, 200, size=n)
 
 
+def wide(rng, n, d):
+    """Integers whose products need more than 53 bits, all but dependent."""
+    points, weights = lattice(rng, n, d)
+    return points * (2.0**28 - 3) + rng.integers(-1, 2, size=(n, d)), weights * 2.0**50
+
+
 def smooth(rng, n, d):
     return rng.normal(size=(n, d)), rng.normal(size=n)
 
 
-CLOUDS = [lattice, ulps, tenths, tiny, huge, mixed, smooth]
+CLOUDS = [lattice, ulps, tenths, tiny, huge, mixed, wide, smooth]
 
 
 @pytest.mark.parametrize("make", CLOUDS)

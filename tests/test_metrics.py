@@ -135,6 +135,17 @@ def test_winding_number_through_edges_and_corners():
     assert (count == (away[clear] < 0).sum(axis=1)).all()
 
 
+def test_winding_number_through_the_corners_of_an_octahedron():
+    """Rays along x through corners, along edges, and through edges that stand on end."""
+    vertices = np.vstack([np.eye(3), -np.eye(3)]) * 4
+    faces = [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]]
+    lattice = np.stack(np.meshgrid(*[np.arange(-5.0, 6)] * 3), axis=-1).reshape(-1, 3)
+    level = np.abs(lattice).sum(axis=1)
+    clear = level != 4
+    count = FaceQueries(vertices, np.array(faces)).winding(lattice[clear])
+    assert (count == (level[clear] < 4)).all()
+
+
 def test_winding_number_of_a_rough_solid():
     rng = np.random.default_rng(4)
     vertices, faces = icosphere(4)
@@ -232,10 +243,23 @@ def test_a_normal_on_the_wrong_side_shows():
         ([cube(size=3), cube((1, 1, 1), flip=True)], True),
         ([cube(size=3), cube((1, 1, 1))], False),
         ([cube(size=5), cube((1, 1, 1), 3, flip=True), cube((2, 2, 2))], True),
+        ([cube(size=9), cube((2, 3, 4), 3, flip=True)], True),
     ],
 )
 def test_outward_means_inside_behind(parts, outward):
     assert values(joined(*parts))["outward"] is outward
+
+
+def test_outward_of_many_bodies_at_any_angle():
+    rng = np.random.default_rng(8)
+    parts = []
+    for k in range(60):
+        turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+        vertices, faces = cube()
+        parts.append((vertices @ turn.T + [4.1 * k, 0.1 * k, 0], faces if np.linalg.det(turn) > 0 else faces[:, ::-1]))
+    assert values(joined(*parts))["outward"] is True
+    parts[33] = (parts[33][0], parts[33][1][:, ::-1])
+    assert values(joined(*parts))["outward"] is False
 
 
 def test_outward_looks_at_patches_that_touch():
