@@ -233,6 +233,29 @@ def edge_facets(nodes, links, sides, x, i, j):
 
 
 @kernel
+def bridges(nodes, links, sides, x):
+    """Whether flipping node x would join two places of the surface that no edge of its joins: where a handle may be thin."""
+    count, one = 0, 0
+    for k in range(4):
+        if sides[links[x, k]] != sides[x]:
+            count += 1
+            one += k
+    if count == 1:
+        joined = 0
+        for i in range(4):
+            for j in range(i + 1, 4):
+                if i == one or j == one:
+                    joined += edge_facets(nodes, links, sides, x, i, j)[0] > 0
+        return joined == 0
+    if count == 2:
+        i = 0
+        while sides[links[x, i]] == sides[x]:
+            i += 1
+        return edge_facets(nodes, links, sides, x, i, one - i)[0] > 0
+    return False
+
+
+@kernel
 def wall(points, spacing, i, j, k):
     """Energy of one surface facet; none for one at infinity."""
     n = len(points)
@@ -499,15 +522,17 @@ def repair(points, spacing, nodes, links, gate, m, sides, pole, anti, rounds):
             tried[v] = state[3]
         for x in range(m):
             # a handle is cut through facets no wider than those of the surface
-            surface, narrow, fresh = False, True, False
+            narrow, fresh, moved, surface = True, False, False, False
             for k in range(4):
+                if sides[links[x, k]] == sides[x] and gate[x, k] > 2:
+                    narrow = False
                 if sides[links[x, k]] != sides[x]:
                     surface = True
-                elif gate[x, k] > 2:
-                    narrow = False
                 if tried_from[x] < stirred[nodes[x, k]]:
                     fresh = True
-            if surface and narrow and fresh and state[2] < N - 64:
+                if stirred[nodes[x, k]] > 0:
+                    moved = True
+            if surface and narrow and fresh and state[2] < N - 64 and (moved or bridges(nodes, links, sides, x)):
                 gained += move(
                     points,
                     spacing,
