@@ -21,11 +21,11 @@ from .regular import RegularTriangulation
 Kind = Literal["auto", "closed", "open"]
 ROUNDS = 6  # of repair; it mostly ends after 3
 OPEN_GATE = 2.5  # widest facet of an open sheet [local spacings]; the rest closes it over its boundary
-EVEN = np.float32(1)  # trust in samples as in facets,
-FIRST = np.float32(1e33)  # by which they come before every facet,
-DOUBT = np.float32(
-    0.8
-)  # and by which a void must be deeper than its gate for them to count: is there an inside at all?
+FIRST = np.float32(1e33)  # trust in samples by which they come before every facet
+# A void stands when it is deeper than its gate by DEEPER, the gate a leak between samples and no opening of the surface
+# (LEAK local spacings at most), or when it is deeper by SURE; a closed surface has this SHARE of its samples on such voids.
+DEEPER, LEAK, SURE = np.float32(1.2), np.float32(5), np.float32(2)
+SHARE = 1 / 8
 # The facet opposite corner k of a positive cell, counter-clockwise seen from outside the cell.
 OUTWARD = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])
 
@@ -72,7 +72,7 @@ def label_surface(triangulation: RegularTriangulation, spacing: NDArray[np.float
         Local distance between samples.
     kind : {"auto", "closed", "open"}
         Closed: the boundary of a solid, leaks closed by the smallest facets. Open: sheets with a boundary. Auto: closed
-        when more than half of the samples come to lie between inside and outside.
+        when an eighth of the samples lie on voids that stand (see `DEEPER`, `LEAK`, `SURE`).
 
     Returns
     -------
@@ -105,11 +105,11 @@ def label_surface(triangulation: RegularTriangulation, spacing: NDArray[np.float
         return evidence.open("asked for", 1.0)
     if kind == "closed":
         return evidence.closed("asked for", 1.0)
-    share = evidence.share_between(evidence.sides(sealed=True, trust=DOUBT)[0])
-    confidence = abs(2 * share - 1)
-    if share > 0.5:
-        return evidence.closed(f"{share:.1%} of the samples lie between inside and outside", confidence)
-    return evidence.open(f"only {share:.1%} of the samples lie between an inside and the outside", confidence)
+    share = evidence.share_on_voids()
+    confidence = min(abs(np.log2(max(share, SHARE**2) / SHARE) / np.log2(SHARE)), 1.0)
+    if share > SHARE:
+        return evidence.closed(f"{share:.1%} of the samples lie on voids that stand", float(confidence))
+    return evidence.open(f"only {share:.1%} of the samples lie on voids that stand", float(confidence))
 
 
 def alpha_shape(points: ArrayLike, radius: float) -> Mesh:
@@ -177,20 +177,27 @@ class _Evidence:
         self.pole, self.anti, self.trust, self.normals = sides.poles(
             self.points, self.nodes, self.links, centers, rho, depth, m
         )
+        self.depth = depth
+        self.facets = sides.facet_evidence(self.links, self.gate, m, self.normals, True)
 
-    def sides(self, sealed: bool, trust: np.float32 = EVEN) -> tuple[NDArray[np.int8], int]:
-        """Side of every node, 0 where the first ghost is; and the samples passed over."""
-        from ._kernels.sides import signed_forest
+    def share_on_voids(self) -> float:
+        """Share of the vertices that have nodes inside and outside of the voids that stand."""
+        from ._kernels.sides import voids
 
-        m = len(self.cells)
-        return signed_forest(self.links, self.gate, m, self.pole, self.anti, trust * self.trust, self.normals, sealed)
-
-    def share_between(self, sides: NDArray[np.int8]) -> float:
-        """Share of the vertices that have nodes of both sides."""
+        inside = voids(self.links, self.depth, len(self.cells), *self.facets, DEEPER, LEAK, SURE)
         seen = np.zeros((len(self.points) + 1, 2), bool)
-        seen[self.nodes, sides[:, None]] = True
+        seen[self.nodes, inside.astype(np.int8)[:, None]] = True
         vertices = seen[:-1].any(axis=1)
         return float(seen[:-1].all(axis=1).sum() / vertices.sum())
+
+    def sides(self, sealed: bool) -> tuple[NDArray[np.int8], int]:
+        """Side of every node, 0 where the first ghost is; and the samples passed over."""
+        from ._kernels.sides import facet_evidence, signed_forest
+
+        m = len(self.cells)
+        facets = self.facets if sealed else facet_evidence(self.links, self.gate, m, self.normals, False)
+        trust = self.trust if sealed else FIRST * self.trust
+        return signed_forest(self.links, m, *facets, self.pole, self.anti, trust, sealed)
 
     def repair(self, sides: NDArray[np.int8]) -> NDArray[np.int32]:
         """Mend `sides` in place; the excess umbrellas of every sample, -1 where it is buried."""
@@ -237,7 +244,7 @@ class _Evidence:
 
     def open(self, reason: str, confidence: float) -> Surface:
         """The facets between one hand and the other that are no wider than a sheet's."""
-        sides, passed = self.sides(sealed=False, trust=FIRST)
+        sides, passed = self.sides(sealed=False)
         excess = self.repair(sides)
         cell, corner = self.between(sides)
         keep = self.gate[cell, corner] <= OPEN_GATE

@@ -277,7 +277,71 @@ def _root(parent, x):
 
 
 @kernel
-def signed_forest(links, gate, m, pole, anti, trust, normals, sealed):
+def facet_evidence(links, gate, m, normals, sealed):
+    """All facets once, as 4 * node + corner, widest gate first, and their gates; with those between ghosts unless sealed."""
+    N = len(links)
+    count = 0
+    for c in range(m if sealed else N):
+        for k in range(4):
+            count += links[c, k] > c
+    facets = np.empty(count, np.int32)
+    keys = np.empty(count, np.float32)
+    count = 0
+    for c in range(m if sealed else N):
+        for k in range(4):
+            o = links[c, k]
+            if o > c:
+                facets[count] = 4 * c + k
+                if c < m:
+                    keys[count] = gate[c, k]
+                else:
+                    f, g = normals[c - m], normals[o - m]
+                    keys[count] = GHOST * max(f[0] * g[0] + f[1] * g[1] + f[2] * g[2], 0.0)
+                count += 1
+    order = descending(keys)
+    return facets[order], keys[order]
+
+
+@kernel
+def voids(links, depth, m, facets, keys, ratio, widest, sure):
+    """Which nodes lie in a void that stands (N,): a component that, when its gate opens to a deeper one, is deeper than
+    the gate by `ratio`, the gate no wider than `widest`; or deeper by `sure`, however wide the gate. Infinity is deepest."""
+    N = len(links)
+    parent = np.arange(N)
+    parent[m:] = m
+    deepest = np.zeros(N, np.float32)
+    deepest[:m] = depth
+    deepest[m] = np.inf
+    joined = np.full(N, -1, np.int64)
+    stands = np.zeros(N, np.bool_)
+    for f in range(len(facets)):
+        a = np.int64(facets[f] >> 2)
+        b = np.int64(links[a, facets[f] & 3])
+        while parent[a] != a:
+            parent[a] = parent[parent[a]]
+            a = parent[a]
+        while parent[b] != b:
+            parent[b] = parent[parent[b]]
+            b = parent[b]
+        if a == b:
+            continue
+        if deepest[a] < deepest[b] or (deepest[a] == deepest[b] and a > b):
+            a, b = b, a
+        parent[b] = a
+        joined[b] = a
+        times = deepest[b] / keys[f] if keys[f] > 0 else np.float32(np.inf)
+        stands[b] = (times >= ratio and keys[f] <= widest) or times >= sure
+    inside = np.zeros(N, np.bool_)
+    for x in range(m):
+        y = np.int64(x)
+        while y >= 0 and not stands[y]:
+            y = joined[y]
+        inside[x] = y >= 0
+    return inside
+
+
+@kernel
+def signed_forest(links, m, facets, keys, pole, anti, trust, sealed):
     """Unite nodes across facets (same side) and poles of samples (opposite sides), strongest evidence first.
 
     Evidence that contradicts stronger evidence is passed over. `sealed`: all ghosts are one outside.
@@ -290,30 +354,12 @@ def signed_forest(links, gate, m, pole, anti, trust, normals, sealed):
     if sealed:
         for g in range(m + 1, N):
             parent[g] = 2 * m
-    count = 0
-    for c in range(N):
-        for k in range(4):
-            count += links[c, k] > c and not (sealed and c >= m)
-    facets = np.empty(count, np.int32)
-    keys = np.empty(count, np.float32)
-    count = 0
-    for c in range(N):
-        for k in range(4):
-            o = links[c, k]
-            if o > c and not (sealed and c >= m):
-                facets[count] = 4 * c + k
-                if c < m:
-                    keys[count] = gate[c, k]
-                else:
-                    f, g = normals[c - m], normals[o - m]
-                    keys[count] = GHOST * max(f[0] * g[0] + f[1] * g[1] + f[2] * g[2], 0.0)
-                count += 1
-    by_gate = descending(keys)
     by_trust = descending(trust)
+    count = len(facets)
     passed = 0
     s = 0
     for f in range(count + 1):
-        while s < len(by_trust) and (f == count or trust[by_trust[s]] > keys[by_gate[f]]):
+        while s < len(by_trust) and (f == count or trust[by_trust[s]] > keys[f]):
             v = by_trust[s]
             s += 1
             if anti[v] < 0:
@@ -325,15 +371,14 @@ def signed_forest(links, gate, m, pole, anti, trust, normals, sealed):
             else:
                 parent[max(a, b)] = 2 * min(a, b) + (1 ^ p ^ q)
         if f < count:
-            e = facets[by_gate[f]]
+            e = facets[f]
             a, p = _root(parent, np.int64(e >> 2))
             b, q = _root(parent, np.int64(links[e >> 2, e & 3]))
             if a != b:
                 parent[max(a, b)] = 2 * min(a, b) + (p ^ q)
     sides = np.empty(N, np.int8)
     for x in range(N):
-        r, odd = _root(parent, np.int64(x))
-        sides[x] = odd
+        sides[x] = _root(parent, np.int64(x))[1]
     outside = sides[m]
     for x in range(N):
         sides[x] ^= outside
