@@ -170,6 +170,40 @@ def test_many_inputs_go_to_a_folder(cloud, torus, tmp_path):
     assert sorted(os.listdir(tmp_path / "out")) == ["big.off", "torus.off"]
 
 
+def test_one_bad_input_of_many_does_not_stop_the_others(cloud, tmp_path):
+    (tmp_path / "bad.xyz").write_text("1 2\n3\n")
+    (tmp_path / "out").mkdir()
+    result = run("reconstruct", tmp_path / "bad.xyz", tmp_path / "none.xyz", cloud, tmp_path / "out")
+    assert result.exit_code == 2
+    assert "bad.xyz: line 2: 1 column, expected 2" in result.stderr
+    assert "none.xyz: no such file" in result.stderr
+    assert os.listdir(tmp_path / "out") == ["torus.ply"]
+
+
+def test_points_without_z_are_refused_in_one_line(tmp_path):
+    (tmp_path / "p.xy").write_text("0 0\n1 0\n0 1\n1 1\n")
+    (tmp_path / "m.ply").write_text("old")
+    refused(run("reconstruct", tmp_path / "p.xy", tmp_path / "m.ply"), 2, "p.xy: has points x y without z")
+    refused(run("reconstruct", tmp_path / "none.xyz", tmp_path / "m.ply"), 2, "none.xyz: no such file")
+    assert (tmp_path / "m.ply").read_text() == "old"
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="Linux")
+def test_a_full_disk_is_said_in_one_line(cloud):
+    refused(run("reconstruct", cloud, "/dev/full", "--to", "ply"), 2, "/dev/full: cannot be written (No space left")
+
+
+def test_memory_is_estimated_for_large_clouds_only(monkeypatch):
+    from recon.cli import work
+
+    monkeypatch.setattr(work, "_memory_available", lambda: 8e9)
+    assert work.memory_needed(999_999) is None
+    assert work.memory_needed(1_000_000) == "1,000,000 points take about 2.8 GB of memory, 8.0 GB are free"
+    assert work.memory_needed(10_000_000).endswith("; this may fail")
+    monkeypatch.setattr(work, "_memory_available", lambda: 1e8)
+    assert work.memory_needed(1000).endswith("; this may fail")
+
+
 BUSY = """
 import sys, time
 import recon.pipeline

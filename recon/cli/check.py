@@ -55,7 +55,8 @@ def check(file: str, required: tuple[str, ...], drop_invalid: bool, source_forma
         progress = Progress(quiet=False)
         try:
             result = interruptible(lambda: reconstruct(content, progress=progress))
-            interruptible(lambda: (certify(result.triangulation), certify(result.mesh)))
+            interruptible(lambda: certify(result.triangulation))
+            interruptible(lambda: certify(result.mesh))
         finally:
             progress.close()
         mesh = result.mesh

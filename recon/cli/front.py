@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import signal
 import sys
@@ -12,6 +13,7 @@ from typing import Any
 
 import click
 
+_UNWRITABLE = (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC), errno.EIO, errno.EFBIG)  # while text is printed
 OK, BUG, INPUT, DEGENERATE, MISSING, GUARANTEE, INTERRUPTED, TERMINATED, PIPE = 0, 1, 2, 3, 4, 5, 130, 143, 141
 
 
@@ -44,16 +46,19 @@ class Front(click.Group):
         except BrokenPipeError:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or Python complains at exit
             _leave(ctx, PIPE)
+        except OSError as error:
+            if error.errno not in _UNWRITABLE:
+                _report_bug(error)
+                _leave(ctx, BUG)
+            complain(f"the output cannot be written: {error.strerror}")
+            _leave(ctx, INPUT)
         except MemoryError:
             complain("not enough memory for this input; use fewer points, or a machine with more")
             _leave(ctx, BUG)
         except Exception as error:  # the outermost frame: a bug must not look like bad input
             code = exit_code(error)
             if code is None:
-                _debug()
-                what = " ".join(f"{type(error).__name__}: {error}".split())
-                complain(f"internal error: {what}")
-                complain("this is a bug: please report it with the command; RECON_DEBUG=1 shows where it happened")
+                _report_bug(error)
             else:
                 complain(" ".join(str(error).split()))
             _leave(ctx, BUG if code is None else code)
@@ -124,11 +129,13 @@ def _terminate(number: int, frame: FrameType | None) -> None:
     raise Terminated
 
 
-def _debug() -> None:
+def _report_bug(error: BaseException) -> None:
     if os.environ.get("RECON_DEBUG"):
         import traceback
 
         traceback.print_exc()
+    complain(f"internal error: {' '.join(f'{type(error).__name__}: {error}'.split())}")
+    complain("this is a bug: please report it with the command; RECON_DEBUG=1 shows where it happened")
 
 
 def _leave(ctx: click.Context, code: int) -> None:

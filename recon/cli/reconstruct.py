@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .front import complain, shared
+from .front import BUG, complain, exit_code, shared
 
 if TYPE_CHECKING:
     from ..io import PointCloud
@@ -51,6 +51,7 @@ def reconstruct(
     IN may be PLY, XYZ, CSV, PTS, PWN, OFF, OBJ, STL, PCD, NPY, NPZ or LAS; of a mesh the vertices are taken. OUT is
     PLY (everything kept, double precision), OBJ, OFF, STL or GLB. With several inputs OUT is a folder.
     """
+    from ..contracts import ReconError
     from ..io import formats
 
     pairs = _pairs(inputs, out, target_format)
@@ -59,13 +60,24 @@ def reconstruct(
         _refuse_same(source, target)
     if report is not None:
         _check_report(report, len(pairs))
+    failed = 0
     for source, target in pairs:
-        result = _run(source, target, source_format, target_format, drop_invalid, quiet, options)
-        text = result.report.to_json() if as_json else str(result.report)
+        try:
+            result = _run(source, target, source_format, target_format, drop_invalid, quiet, options)
+        except ReconError as error:
+            if len(pairs) == 1:
+                raise
+            complain(str(error))  # the other files are none the worse for it
+            failed = failed or exit_code(error) or BUG
+            continue
         if report is not None:
             _write_report(report, result.report)
+        if not quiet and len(pairs) > 1 and not as_json:
+            click.echo(f"{source} -> {target}")
         if as_json or not quiet:
-            click.echo(text, err=target == "-")
+            click.echo(result.report.to_json() if as_json else str(result.report), err=target == "-")
+    if failed:
+        click.get_current_context().exit(failed)
 
 
 def _run(
@@ -80,15 +92,20 @@ def _run(
     """Read, reconstruct, write."""
     from dataclasses import replace
 
-    from ..contracts import ReconError
+    from ..contracts import InvalidInput, ReconError
     from ..io import read_points, write_mesh
     from ..pipeline import reconstruct as reconstruct_surface
     from .weights import from_option
-    from .work import Progress, interruptible
+    from .work import Progress, interruptible, memory_needed
 
     cloud = read_points(source, format=source_format, drop_invalid=drop_invalid)
     if cloud.dropped and not quiet:
         complain(f"{source}: dropped {cloud.dropped:,} of {len(cloud) + cloud.dropped:,} rows: NaN or infinite")
+    if len(cloud) and cloud.points.shape[1] == 2:
+        raise InvalidInput(f"{source}: has points x y without z; a surface needs x y z")
+    note = memory_needed(len(cloud))
+    if note and not quiet:
+        complain(f"{source}: {note}")
     weights = from_option(options["weights"], cloud)
     progress = Progress(quiet)
     try:
@@ -144,7 +161,12 @@ def _pairs(inputs: tuple[str, ...], out: str, target_format: str | None) -> list
 
 
 def _refuse_same(source: str, target: str) -> None:
-    if source != "-" and target != "-" and os.path.exists(target) and os.path.samefile(source, target):
+    if (
+        "-" not in (source, target)
+        and os.path.exists(source)
+        and os.path.exists(target)
+        and os.path.samefile(source, target)
+    ):
         raise click.UsageError(f"{target}: is the input; name another output")
 
 

@@ -9,6 +9,9 @@ from typing import Any, TypeVar
 
 Result = TypeVar("Result")
 
+_LARGE = 1_000_000  # points from which on the need for memory is worth a line
+_BASE, _PER_POINT = 300e6, 2500.0  # bytes; measured at 50,000 to 500,000 points of closed surfaces
+
 
 class Progress:
     """A line on stderr with the stage, how far the whole is and the time left; silent unless stderr is a terminal.
@@ -64,3 +67,25 @@ def interruptible(work: Callable[[], Result]) -> Result:
     if errors:
         raise errors[0]
     return results[0]
+
+
+def memory_needed(points: int) -> str | None:
+    """Say about how much memory a reconstruction takes and how much there is; None for clouds that are not large."""
+    need = _BASE + _PER_POINT * points
+    free = _memory_available()
+    if points < _LARGE and (free is None or need < free):
+        return None
+    text = f"{points:,} points take about {need / 1e9:.1f} GB of memory"
+    if free is None:
+        return text
+    return f"{text}, {free / 1e9:.1f} GB are free" + ("; this may fail" if need > free else "")
+
+
+def _memory_available() -> float | None:
+    """Bytes that can be had without swapping, where the system tells."""
+    try:
+        with open("/proc/meminfo", encoding="ascii") as file:
+            entries = dict(line.split(":", 1) for line in file)
+        return 1024.0 * int(entries["MemAvailable"].split()[0])
+    except (OSError, KeyError, ValueError):
+        return None

@@ -60,8 +60,8 @@ def read_points(path: Path, *, format: str | None = None, drop_invalid: bool = F
     >>> path = os.path.join(tempfile.mkdtemp(), "two.xyz")
     >>> with open(path, "w") as file:
     ...     _ = file.write("500000.123 4649776.25 1\\n0 0 0\\n")
-    >>> read_points(path).points[0, 1]
-    np.float64(4649776.25)
+    >>> read_points(path).points.tolist()[0]
+    [500000.123, 4649776.25, 1.0]
     """
     name = display_name(path)
     content = formats.read(read_bytes(path), name, _extension(path), format)

@@ -86,15 +86,11 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
     InvalidInput
         The file cannot be written.
     """
-    if os.fspath(path) == STREAM:
-        yield sys.stdout.buffer
-        sys.stdout.buffer.flush()
-        return
-    target = os.path.realpath(path)
-    if not _is_regular(target):
-        with open(target, "wb") as file:
+    if os.fspath(path) == STREAM or not _is_regular(os.path.realpath(path)):
+        with _directly(path) as file:
             yield file
         return
+    target = os.path.realpath(path)
     check_writable(path)
     handle, temporary = tempfile.mkstemp(prefix=".recon-", suffix=".part", dir=os.path.dirname(target))
     try:
@@ -110,6 +106,22 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
     except BaseException:
         _discard(temporary)
         raise
+
+
+@contextlib.contextmanager
+def _directly(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
+    """Open a device, a pipe or standard output."""
+    try:
+        if os.fspath(path) == STREAM:
+            yield sys.stdout.buffer
+            sys.stdout.buffer.flush()
+        else:
+            with open(path, "wb") as file:
+                yield file
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        raise InvalidInput(f"{display_name(path, 'standard output')}: cannot be written ({_reason(error)})") from error
 
 
 def _discard(temporary: str) -> None:

@@ -167,7 +167,7 @@ def recognise(data: bytes, name: str, extension: str) -> str:
         return "obj"
     if b"\0" not in head or data[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return "text"
-    raise InvalidInput(f"{name}: its format is not known; name it, one of {', '.join(READERS)}")
+    raise InvalidInput(f"{name}: its format is not known; name it (--from), one of {', '.join(READERS)}")
 
 
 def _is_drawable(key: str, value: NDArray, kind: str) -> bool:

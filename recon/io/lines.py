@@ -43,7 +43,9 @@ class Lines:
         if data[:3] == b"\xef\xbb\xbf":
             data = data[3:]
         if b"\0" in data:
-            raise InvalidInput(f"{name}: has binary data where text was expected; name its format if the file is sound")
+            raise InvalidInput(
+                f"{name}: has binary data where text was expected; name its format (--from) if the file is sound"
+            )
         self.name = name
         self.used = 0
         self._before = first_line - 1
