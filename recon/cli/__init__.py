@@ -29,7 +29,7 @@ Completion for bash: eval "$(_RECON_COMPLETE=bash_source recon)"; zsh and fish l
 
 
 @click.group(
-    cls=Front, epilog=_EPILOG, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110}
+    cls=Front, epilog=_EPILOG, context_settings={"help_option_names": ["--help", "-h"], "max_content_width": 110}
 )
 @click.version_option(__version__, prog_name="recon")
 def main() -> None:
