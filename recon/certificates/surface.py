@@ -71,6 +71,29 @@ def certify_mesh(
         _sources(mesh, points)
 
 
+def count_mesh(mesh: Mesh) -> dict[str, int]:
+    """Count what a report tells of a mesh: vertices in use, faces, chi, open and non-manifold edges, pinched vertices.
+
+    Parameters
+    ----------
+    mesh : Mesh
+
+    Returns
+    -------
+    dict of str to int
+    """
+    edges = _Edges(mesh.faces)
+    used = len(np.unique(mesh.faces))
+    return {
+        "vertices": used,
+        "faces": len(mesh.faces),
+        "chi": used - len(edges.rows) + len(mesh.faces),
+        "open_edges": int((edges.count == 1).sum()),
+        "nonmanifold_edges": int((edges.count > 2).sum()),
+        "nonmanifold_vertices": len(_pinched(mesh.faces, edges)),
+    }
+
+
 def _arrays(mesh: Mesh) -> None:
     """Shapes, types, ranges."""
     v, f = len(mesh.vertices), len(mesh.faces)
@@ -139,7 +162,13 @@ def _manifold(faces: NDArray[np.int32], edges: _Edges) -> None:
     bad = np.flatnonzero(edges.count > 2)
     if len(bad):
         raise CertificateError(f"not manifold: edge {edges.rows[bad[0]]} has {edges.count[bad[0]]} faces")
-    # Corners of faces, joined where two faces share an edge; the corners at a vertex must all hang together.
+    pinched = _pinched(faces, edges)
+    if len(pinched):
+        raise CertificateError(f"not manifold: the faces at vertex {pinched[0]} form several umbrellas")
+
+
+def _pinched(faces: NDArray[np.int32], edges: _Edges) -> NDArray[np.integer]:
+    """Vertices whose faces form several umbrellas: corners are joined where two faces share an edge."""
     a, b = edges.links
     corner_a, corner_b = [], []
     for end in range(2):
@@ -147,10 +176,8 @@ def _manifold(faces: NDArray[np.int32], edges: _Edges) -> None:
         corner_a.append(_corner(a, end))
         corner_b.append(np.where(edges.ends[b, 0] == vertex, _corner(b, 0), _corner(b, 1)))
     label = _components(3 * len(faces), np.concatenate(corner_a), np.concatenate(corner_b))
-    pairs = np.unique(np.column_stack([faces.ravel(), label]), axis=0)
-    bad = np.flatnonzero(np.diff(pairs[:, 0]) == 0)
-    if len(bad):
-        raise CertificateError(f"not manifold: the faces at vertex {pairs[bad[0], 0]} form several umbrellas")
+    umbrellas = np.unique(np.column_stack([faces.ravel(), label]), axis=0)[:, 0]
+    return np.unique(umbrellas[1:][np.diff(umbrellas) == 0])
 
 
 def _corner(half_edge: NDArray[np.int64], end: int) -> NDArray[np.int64]:

@@ -41,7 +41,7 @@ def certify_triangulation(triangulation: RegularTriangulation) -> None:
     if cells.shape[1] == 1:
         _single_spot(triangulation)
         return
-    cloud = _cloud(triangulation)
+    cloud = flat_cloud(triangulation)
     cells, neighbors = _positive(cloud, cells, neighbors)
     _neighbors(cells, neighbors)
     _hull(cloud, cells, neighbors)
@@ -91,8 +91,23 @@ def _single_spot(triangulation: RegularTriangulation) -> None:
         raise CertificateError(f"all points in one place: the one cell is [{np.argmax(weights)}], not {cells.tolist()}")
 
 
-def _cloud(triangulation: RegularTriangulation) -> Cloud:
-    """The points with exact signs along the first axes that the first cell projects onto one to one."""
+def flat_cloud(triangulation: RegularTriangulation) -> Cloud:
+    """Give the points with exact signs along the first axes that the first cell projects onto one to one.
+
+    Parameters
+    ----------
+    triangulation : RegularTriangulation
+        Of dimension 1 or more.
+
+    Returns
+    -------
+    Cloud
+
+    Raises
+    ------
+    CertificateError
+        A first cell without volume, or a point outside its affine hull.
+    """
     points, cell = triangulation.points, triangulation.cells[0]
     d, k = points.shape[1], len(cell) - 1
     first = [np.array([i]) for i in cell]
