@@ -277,6 +277,8 @@ def test_check_ends_with_5_where_a_promise_is_broken(tetrahedron, open_book):
     found = json.loads(result.stdout)
     assert not found["ok"] and not found["holds"]["manifold"]
     assert run("check", open_book, "--require", "non-degenerate").exit_code == 0
+    shown = dict(line.split()[:2] for line in run("check", open_book).stdout.splitlines())
+    assert (shown["closed"], shown["manifold"], shown["outward"]) == ("no", "NO", "-")  # NO: asked for; -: no answer
 
 
 def test_bad_files_are_one_line_in_every_command(tmp_path):

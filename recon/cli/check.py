@@ -66,10 +66,8 @@ def check(file: str, required: tuple[str, ...], drop_invalid: bool, source_forma
     if as_json:
         click.echo(json.dumps({"file": file, "holds": held, "required": list(asked), "ok": not broken}, indent=1))
     else:
-        rows = [
-            (name, "yes" if holds else "NO" if name in broken else "no", _PROMISES[name])
-            for name, holds in held.items()
-        ]
+        words = {True: "yes", False: "no", None: "-"}
+        rows = [(name, "NO" if name in broken else words[holds], _PROMISES[name]) for name, holds in held.items()]
         print_table(rows)
     if broken:
         complain(f"{file}: not {', not '.join(broken)}")
