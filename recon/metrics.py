@@ -35,7 +35,7 @@ MEANING = {
     "normal_angle_mean": "mean angle between the normals of mesh and reference, sides ignored",
     "normal_angle_p95": "95 % of the angles between the normals are smaller than this",
     "normal_consistency": "mean of |cos| of that angle, over both directions",
-    "normal_same_side": "share of the mesh whose normal is on the reference's side",
+    "normal_same_side": "share of the mesh whose normal is on the reference's side; if that is open, on the better of its sides",
     "precision": "share of the mesh closer to the reference than this share of its bounding box diagonal",
     "recall": "share of the reference closer to the mesh than this share of its bounding box diagonal",
     "f_score": "harmonic mean of precision and recall at this share of the reference's bounding box diagonal",
@@ -237,7 +237,7 @@ def _against(
     yield Metric("chamfer", "L", float(0.5 * to.mean() + 0.5 * back.mean()) if known else None)
     yield Metric("hausdorff", "L", float(max(to.max(), back.max())) if known else None)
     yield Metric("bias", "L", float(signed.mean()) if known and reference.closed else None)
-    yield from _normals(own.normals[face], normals, back_normals, there_normals, reference.orientable)
+    yield from _normals(own.normals[face], normals, back_normals, there_normals, reference)
     diagonal = float(np.linalg.norm(reference.bounds[1] - reference.bounds[0]))
     for threshold in thresholds:
         precision = float((to <= threshold * diagonal).mean()) if known else 0.0
@@ -271,7 +271,7 @@ def _normals(
     at_reference: NDArray[np.float64] | None,
     at_mesh: NDArray[np.float64],
     there: NDArray[np.float64] | None,
-    orientable: bool,
+    reference: Reference,
 ) -> Iterator[Metric]:
     """Angles between normals: of mesh samples to the reference, and for the consistency back as well."""
     if at_reference is None or there is None or len(at_mesh) == 0:
@@ -283,7 +283,9 @@ def _normals(
         mean, p95 = float(angle.mean()), float(np.percentile(angle, 95))
         back = np.einsum("ij,ij->i", at_mesh, there)
         consistency = float(0.5 * np.abs(cosine).mean() + 0.5 * np.abs(back).mean())
-        same = float((cosine > 0).mean()) if orientable else None
+        same = float((cosine > 0).mean()) if reference.orientable else None
+        if same is not None and not reference.closed:
+            same = max(same, float((cosine < 0).mean()))
     yield Metric("normal_angle_mean", "deg", mean)
     yield Metric("normal_angle_p95", "deg", p95)
     yield Metric("normal_consistency", "1", consistency)

@@ -230,6 +230,10 @@ def test_overlap_of_shifted_cubes():
 def test_a_normal_on_the_wrong_side_shows():
     v = values(joined(cube(flip=True)), joined(cube()))
     assert v["normal_same_side"] == 0 and v["normal_consistency"] == pytest.approx(1) and v["outward"] is False
+    square = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+    sheet, turned = (Mesh.from_arrays(square, f) for f in ([[0, 1, 2], [0, 2, 3]], [[0, 2, 1], [0, 3, 2]]))
+    mixed = Mesh.from_arrays(square, [[0, 1, 2], [0, 3, 2]])
+    assert values(turned, sheet)["normal_same_side"] == 1 and values(mixed, sheet)["normal_same_side"] == 0.5
     assert v["volume"] == pytest.approx(-1) and v["volume_error"] == pytest.approx(-2) and v["iou"] == pytest.approx(1)
 
 
