@@ -24,9 +24,9 @@ EXTERIOR, SINGULAR, REGULAR, INTERIOR = np.int8(0), np.int8(1), np.int8(2), np.i
 class AlphaComplex:
     """All simplices of R with the alphas at which each is singular, regular and interior (paper, table 5.1).
 
-    Nothing is computed before it is asked for; what was, is kept. Simplices are given one dimension k at a time, as rows
-    of input rows, ascending in a row, the rows in lexicographic order; every other array of dimension k follows them.
-    Arrays are frozen. See `alpha_complex` for conventions.
+    Nothing is computed before it is asked for; what was, is kept. Simplices are given one dimension k at a time:
+    input rows, ascending in a row, in lexicographic order; every other array of dimension k follows them. Arrays are
+    frozen. See `alpha_complex` for conventions.
     """
 
     def __init__(self, triangulation: RegularTriangulation) -> None:
@@ -56,7 +56,7 @@ class AlphaComplex:
         return self._family.level(self._dimension(k)).simplices
 
     def rho(self, k: int) -> NDArray[np.float64]:
-        """Give the size of every k-simplex [L^2] (s,): the weight of y_T, the smallest sphere orthogonal to its vertices."""
+        """Give the size of every k-simplex [L^2] (s,): the weight of y_T, the smallest sphere orthogonal to it."""
         return self._family.level(self._dimension(k)).rho
 
     def attached(self, k: int) -> NDArray[np.bool_]:
@@ -114,7 +114,7 @@ class AlphaComplex:
     # --- all alphas at once
 
     def spectrum(self) -> NDArray[np.float64]:
-        """Give the alphas at which K_alpha changes [L^2], ascending, each once: the sizes of the unattached simplices."""
+        """Give the alphas [L^2] at which K_alpha changes, ascending, each once: the sizes of unattached simplices."""
         levels = [self._family.level(k) for k in range(self.dimension + 1)]
         return np.unique(np.concatenate([level.rho[~level.attached] for level in levels]))
 
@@ -147,9 +147,9 @@ class AlphaComplex:
         numbers = np.zeros((*alphas.shape, max(1, d)), np.int64)
         for k in range(max(1, d)):
             if not (d == 3 and k == 1):
-                bars = self._pairs.barcode(k)
-                for column, sign in (0, 1), (1, -1):
-                    numbers[..., k] += sign * np.searchsorted(np.sort(bars[:, column]), alphas, side="right")
+                births, deaths = self._pairs.barcode(k).T
+                numbers[..., k] = np.searchsorted(np.sort(births), alphas, side="right")
+                numbers[..., k] -= np.searchsorted(np.sort(deaths[np.isfinite(deaths)]), alphas, side="right")
         if d == 3:
             numbers[..., 1] = numbers[..., 0] + numbers[..., 2] - self.euler(alphas)
         return numbers
@@ -190,7 +190,7 @@ class AlphaComplex:
         """Give R as a simplex tree of GUDHI; the filtration value of a simplex is its `entry`."""
         tree = require("gudhi", "peers").SimplexTree()
         for k in range(self.dimension + 1):
-            tree.insert_batch(self.simplices(k).T, self.entry(k))
+            tree.insert_batch(self.simplices(k).T.copy(), self.entry(k))  # it minds the strides of a view
         return tree
 
     def to_pyvista(self, alpha: float = 0.0) -> pyvista.UnstructuredGrid:
@@ -248,14 +248,16 @@ def alpha_complex(
 
     Notes
     -----
-    K_alpha holds the unattached simplices of size rho <= alpha and their faces: equality is in, as in CGAL and GUDHI, and
-    alpha may be negative or infinite. A simplex whose orthosphere meets another point exactly has no conflict there: it is
-    unattached, with rho = mu_lower. Attachment is exact for the input as given. Sizes are within
-    2**-40 (|rho| + max |w|) of the truth, |w| over the vertices, and monotone (3.2) to the last bit, so that every K_alpha
-    is a complex; a size depends on the simplex alone. Points that span less than their space have their complex in their
-    affine hull, of dimension `dimension`.
+    K_alpha holds the unattached simplices of size rho <= alpha and their faces: equality is in, as in CGAL and GUDHI.
+    Alpha may be negative, and infinite: nothing at -inf, all of R at +inf. Attachment is exact for the input as given.
+    A simplex whose orthosphere merely meets another point has no conflict there: it is unattached, and the coface that
+    it makes with that point has the same size, so that it is never singular for a range of alpha.
 
-    Edelsbrunner (1992), sections 3 and 5: condition C1 and C2, rule 5.3, table 5.1.
+    Sizes are within 2**-40 (|rho| + max |w|) of the truth, |w| over the vertices, and monotone (3.2) to the last bit,
+    so that every K_alpha is a complex. A size depends on its simplex alone, not on what other points there are. Points
+    that span less than their space have their complex in their affine hull, of dimension `dimension`.
+
+    Edelsbrunner (1992), sections 3 and 5: conditions C1 and C2, rule 5.3, table 5.1.
 
     Examples
     --------

@@ -21,8 +21,9 @@ class Boundary:
     Attributes
     ----------
     facets : (f, d) ndarray of int32
-        Input rows, the lowest first, in lexicographic order of their sorted rows. A regular facet is oriented outward:
-        counter-clockwise seen from outside in 3-D, the inside on the left in 2-D. A singular one ascends.
+        Input rows, in the lexicographic order of the sorted facets. A regular facet is oriented outward: in 3-D
+        counter-clockwise seen from outside, the lowest row first; in 2-D with the inside on its left. A singular facet
+        ascends.
     singular : (f,) ndarray of bool
         Exposed from both sides, so bounding no interior.
     """

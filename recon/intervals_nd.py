@@ -66,9 +66,9 @@ def levels(triangulation: RegularTriangulation, level: type[Level]) -> dict[int,
 def measure(
     points: NDArray[np.float64], weights: NDArray[np.float64], simplices: NDArray[np.int32]
 ) -> tuple[NDArray[np.float64], NDArray[np.int8]]:
-    """Give the size (s,) of simplices (s, k+1), k >= 1, and the certain signs (s, k+1) of their orthocentres' coordinates.
+    """Give the size (s,) of simplices (s, k+1), k >= 1, and the signs (s, k+1) of their orthocentres' coordinates.
 
-    Sizes are off by less than 2**-40 (|rho| + max |w|).
+    Signs are certain, and sizes off by less than 2**-40 (|rho| + max |w|).
     """
     k, d = simplices.shape[1] - 1, points.shape[1]
     edges = points[simplices[:, 1:]] - points[simplices[:, :1]]
@@ -103,7 +103,7 @@ def measure(
         tame = (scale > 2.0**-400).all(axis=1) & (scale < 2.0**400).all(axis=1) & (np.abs(w) < 2.0**800).all(axis=1)
         certain = tame & (beta < 0.5) & (np.abs(shares) > x_error).all(axis=1)
         accurate = tame & (beta < 0.5) & (power_error <= _ACCURACY * (np.abs(rho) + np.abs(w).max(axis=1)))
-    signs = np.sign(shares).astype(np.int8)
+        signs = np.nan_to_num(np.sign(shares)).astype(np.int8)
     for i in np.flatnonzero(~(certain & accurate)):
         exact_rho, exact_shares = exact_simplex(points[simplices[i]].tolist(), w[i].tolist())
         if not accurate[i]:

@@ -1,8 +1,8 @@
 """When components, tunnels and voids of K_alpha come and go, for all alpha at once.
 
-Components by union-find over edges, voids by union-find over cells through the facets that are not yet in (Delfinado and
-Edelsbrunner 1995); the holes in between by reducing boundary matrices over GF(2), with the pairs known from above left out
-(Chen and Kerber 2011). A feature is there for birth <= alpha < death.
+Components by union-find over edges, voids by union-find over cells through the facets that are not yet in (Delfinado
+and Edelsbrunner 1995); the holes in between by reducing boundary matrices over GF(2), without the columns known to begin
+a class (Chen and Kerber 2011). A feature is there for birth <= alpha < death.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ class Pairs:
         return bars[np.lexsort(bars.T[::-1])]
 
     def pairs(self, k: int) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-        """Rows of k-simplices that begin a class, and the (k+1)-simplices that end it (cells: rows of the triangulation)."""
+        """Rows of k-simplices that begin a class, and of the (k+1)-simplices that end it (cells: as triangulated)."""
         if k not in self._paired:
             if k == self.dimension - 1:
                 link, _ = self.void_tree()
@@ -91,7 +91,7 @@ class Pairs:
         return self._paired[k]
 
     def void_tree(self) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-        """By cell of the triangulation: the facet that seals it off as a void's last cell, and the cell of the elder void.
+        """By cell of the triangulation: the facet that seals off the void that it ends, and the cell of the elder void.
 
         Cell m of m is the outside, which nothing ends.
         """

@@ -29,7 +29,7 @@ def _sorted_slots(cells, i):
 
 @kernel
 def measure_tetrahedra(scaled, integral, cells, rho, conflict):
-    """Fill in the size (m,) of every cell, and (m,) bits by slot: is the facet opposite attached for this cell's sake?"""
+    """Fill in, by cell, its size, and bits by slot: is the facet opposite attached for this cell's sake?"""
     for i in range(len(cells)):
         a, b, c, d = _sorted_slots(cells, i)
         p, q, r, s = a >> 2, b >> 2, c >> 2, d >> 2
@@ -62,7 +62,7 @@ def count_facets(cells, neighbors, starts):
 
 @kernel
 def facets_of_tetrahedra(scaled, integral, cells, neighbors, cell_rho, conflict, starts, ints, reals):
-    """Fill in the facets of cells, bucket by bucket of first vertex: the other two, 4 cell + slot opposite, code; rho, bounds."""
+    """Fill in facets, bucket by bucket of first vertex: the other two, 4 cell + slot opposite, code; rho, bounds."""
     place = np.empty(len(starts) - 1, np.int64)
     for v in range(len(place)):
         place[v] = starts[v]
@@ -201,9 +201,9 @@ def edges_of_triangles(
     e_upper,
     e_code,
 ):
-    """Fill in the level of edges, lexicographic, from that of triangles; status 1 where there is not room for exactly all.
+    """Fill in the level of edges, lexicographic, from that of triangles; status 1 where their number does not fit.
 
-    Scratch: `middle` (n+2,), and `records` (s, 3): triangles by their middle vertex, as last vertex and code, entry, bound.
+    Scratch: `middle` (n+2,); `records` (s, 3), triangles by middle vertex: last vertex and code, entry, upper bound.
     """
     n = len(starts) - 1
     middle[:] = 0

@@ -15,8 +15,8 @@ _U = 2.0**-53
 def cells_in(scaled, cells, alpha, verdict):
     """Fill in (m,): is the size of the cell at most alpha (1), greater (0), or too close to tell (2)?
 
-    Of outer cells, bit 4 + slot is set where the facet opposite is certainly attached for the cell's sake. This compares
-    |N|^2 with 4 det^2 (w_0 + alpha), as in `sizes.tetrahedron` but in any order of vertices and without roots.
+    Of outer cells, bit 4 + slot is set where the facet opposite is certainly attached for the cell's sake. Compared are
+    |N|^2 and 4 det^2 (w_0 + alpha), as in `sizes.tetrahedron` but in any order of vertices and without roots.
     """
     for i in range(len(cells)):
         p, q, r, s = np.int64(cells[i, 0]), np.int64(cells[i, 1]), np.int64(cells[i, 2]), np.int64(cells[i, 3])
@@ -67,8 +67,8 @@ def cells_in(scaled, cells, alpha, verdict):
 def facets_between(scaled, cells, neighbors, verdict, alpha, marks):
     """Mark facets by slot of a cell, and count: bit s regular, on its inner cell; bit 4 + s perhaps singular.
 
-    A facet between two outer cells may be singular unless attached, or one of its edges too long: the ends are orthogonal
-    to y_T, so its square is at most 2 (w_0 + w_1 + 2 rho).
+    A facet between two outer cells may be singular unless attached, or one of its edges too long: the ends are
+    orthogonal to y_T, so its square is at most 2 (w_0 + w_1 + 2 rho).
     """
     regular, singular = 0, 0
     for i in range(len(cells)):
@@ -116,7 +116,7 @@ def list_facets(marks, shift, found):
 
 @kernel
 def bucket_facets(cells, found, starts, ints):
-    """Fill in facets (4 cell + slot), by first vertex: the other two, and 1 where ascending order is not outward, else 0."""
+    """Fill in facets (4 cell + slot), by first vertex: the other two, 1 where ascending is inward, position."""
     starts[:] = 0
     for turn in range(2):
         for f in range(len(found)):

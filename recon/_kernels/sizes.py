@@ -1,14 +1,15 @@
 """Size and attachment of one simplex: the orthosphere y_T in barycentric coordinates (paper, appendix B.3 and B.4).
 
-The centre of y_U, U = T + {q}, has a negative barycentric coordinate at q exactly where pi(q, y_T) < 0, so that the signs
-of the coordinates of U are the attachment tests (B.4) of all its facets at once, and a zero says y_U = y_T. Signs are
-certain: a float filter with a proven bound, then integers of as many digits as it takes. Sizes are float64 with an error
-below 2**-40 (|rho| + max |w|), and monotone (3.2) to the last bit: where a coordinate is zero, U takes the size of the
-face that carries its centre; where a face comes closer than the error, U takes the larger of the two. So a size depends
-on the simplex alone, never on the order of its vertices or on the complex around it.
+The centre of y_U, U = T + {q}, has a negative barycentric coordinate at q exactly where pi(q, y_T) < 0. So the signs of
+the coordinates of U are the attachment tests (B.4) of all its facets at once, and a zero says y_U = y_T. Signs are
+certain: floats with a proven bound, else double-doubles, else integers of as many digits as it takes. Sizes are float64
+with an error below 2**-40 (|rho| + max |w|), and monotone (3.2) to the last bit: where a face comes closer than that, U
+takes the larger size of the two, and where a coordinate is zero, that of the face. So a size depends on the simplex
+alone, never on the complex around it.
 
-Vertices come in ascending order of input rows. Rows are x, y, z, w, scaled so that all are integers, or the extent about 1. A code holds, by
-vertex: bits 0-3 coordinate negative, bits 4-7 coordinate zero; and what the filter could not settle in bits 8-10.
+Vertices come in ascending order of input rows. Rows are x, y, z, w, scaled so that all are integers or the extent
+moderate. A code holds, by vertex: bits 0-3 coordinate negative, bits 4-7 coordinate zero; and what floats could not
+settle in bits 8-10.
 """
 
 from __future__ import annotations
@@ -182,9 +183,9 @@ def tetrahedron(x0, y0, z0, w0, x1, y1, z1, w1, x2, y2, z2, w2, x3, y3, z3, w3, 
 
 @kernel
 def settle(scaled, integral, rows, rho, code):
-    """Settle, in place, the simplices that the floats left open: rows (s, 2 to 4) whose low bits of the code are all set.
+    """Settle, in place, the simplices that the floats left open: rows (s, 2 to 4) with all low bits of the code set.
 
-    That pattern is impossible, since coordinates add up to one. Rows may be in any order; bits are by column.
+    That pattern is impossible, since coordinates add up to one. A row may be in any order; bits are by column.
     """
     width = rows.shape[1]
     full = (1 << width) - 1

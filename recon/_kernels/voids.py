@@ -1,7 +1,7 @@
 """Union-find over links in the order in which they appear: components of K_alpha, and voids of its complement.
 
-Elder rule: where two components meet, the younger one ends. The faces of simplices, found by bisection, and the reduction
-of boundary matrices over GF(2), for the holes in between.
+Elder rule: where two components meet, the younger one ends. For the holes in between: faces of simplices, found by
+bisection, and the reduction of boundary matrices over GF(2).
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ _BUCKETS = 1 << 16
 
 @kernel
 def stable_order(keys, order, spare_keys, spare):
-    """Fill in the order (s,) int32 that sorts uint64 keys ascending, equal ones by position; keys and spares are lost."""
+    """Fill in the order (s,) int32 that sorts uint64 keys, equal ones by position; keys and spares are lost."""
     n = len(keys)
     for i in range(n):
         order[i] = i
@@ -69,7 +69,7 @@ def merge_tree(order, first, second, age, link, into):
 
 @kernel
 def find_faces(rows, below, starts, faces):
-    """Fill in faces (s, k+1): the row in `below`, lexicographic, of the face of rows[i] opposite vertex j; -1 where missing."""
+    """Fill in faces (s, k+1): the row in `below`, lexicographic and complete, of the face opposite each vertex."""
     width = rows.shape[1]
     for i in range(len(rows)):
         for j in range(width):
@@ -92,10 +92,10 @@ def find_faces(rows, below, starts, faces):
 
 @kernel
 def reduce_columns(columns, boundary, owner, pool, where, size, begin, used):
-    """Reduce columns of a boundary matrix over GF(2), left to right; (next position, room used), early where room ran out.
+    """Reduce columns of a boundary matrix over GF(2), left to right: (position, room used), early where it ran out.
 
-    `boundary[c]` are the rows of column c, in any order; columns[begin:] are taken in turn. `owner` (rows,) int32 tells
-    which column has a pivot, -1 for none. A column c that was changed is kept, descending, in pool[where[c]:] at size[c].
+    `boundary[c]` are the rows of column c, in any order; columns[begin:] are taken in turn. `owner` (rows,) tells which
+    column has a pivot, -1 for none. A column c that was changed is kept, descending, in pool[where[c]:][:size[c]].
     """
     width = boundary.shape[1]
     room = len(pool)
