@@ -1,0 +1,132 @@
+"""Surfaces of known truth: right topology, right side out, every sample used."""
+
+import numpy as np
+import pytest
+
+import datasets_synthetic
+import recon
+import weighting
+from recon.surface import label_surface
+from recon.topology import topology
+
+CLOSED = [
+    "sphere", "ellipsoid", "torus", "capsule", "box", "rounded_box", "cylinder", "cone_frustum", "bumpy_sphere",
+    "genus_2", "genus_3", "trefoil", "nested_spheres", "csg_part",
+]  # fmt: skip
+OPEN = ["hemisphere", "paraboloid"]
+
+
+def signed_volume(mesh: recon.Mesh) -> float:
+    a, b, c = np.moveaxis(mesh.vertices[mesh.faces], 1, 0)
+    return float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6)
+
+
+@pytest.mark.parametrize("name", CLOSED)
+def test_closed_surfaces_come_out_closed_with_their_topology_and_every_sample(name):
+    truth = datasets_synthetic.surface(name)
+    result = recon.reconstruct(truth.sample(3000, rng=0).points)
+    t = topology(result.mesh.faces)
+    assert result.surface == "closed"
+    assert t.closed and t.manifold and t.oriented
+    assert t.euler == truth.euler
+    assert result.report["mesh"]["share_of_points_used"] == 1
+    assert signed_volume(result.mesh) == pytest.approx(truth.volume, rel=0.07)  # chords lose volume, a thin tube most
+    centers = result.mesh.vertices[result.mesh.faces].mean(axis=1)
+    assert np.abs(truth.distance(centers)).mean() < 0.005
+
+
+@pytest.mark.parametrize("name", OPEN)
+def test_open_sheets_keep_their_boundary(name):
+    truth = datasets_synthetic.surface(name)
+    result = recon.reconstruct(truth.sample(3000, rng=0).points)
+    t = topology(result.mesh.faces)
+    assert result.surface == "open"
+    assert t.manifold and t.oriented
+    assert (t.euler, t.boundary_loops) == (truth.euler, truth.boundary_loops)
+
+
+@pytest.mark.parametrize("ratio", [1, 10, 50])
+def test_density_ratios_do_no_harm(ratio):
+    cloud = datasets_synthetic.surface("torus").sample(5000, density=ratio, rng=1).points
+    t = topology(recon.reconstruct(cloud).mesh.faces)
+    assert (t.closed, t.manifold, t.genus) == (True, True, 1)
+
+
+def test_bodies_apart_come_out_apart():
+    one = datasets_synthetic.surface("sphere").sample(500, rng=0).points
+    two = datasets_synthetic.surface("torus").sample(1500, rng=0).points
+    result = recon.reconstruct(np.concatenate([one, two + [3, 0, 0]]))
+    t = topology(result.mesh.faces)
+    assert (t.components, t.euler, t.closed) == (2, 2, True)
+
+
+def test_scaling_by_a_power_of_two_and_moving_by_integers_change_nothing():
+    points = np.round(datasets_synthetic.surface("torus").sample(800, rng=3).points * 2**20) / 2**20
+    faces = recon.reconstruct(points).mesh.faces
+    for moved in (points * 2.0**-30, points * 2.0**30):
+        np.testing.assert_array_equal(recon.reconstruct(moved).mesh.faces, faces)
+
+
+def test_the_same_bytes_whatever_the_threads():
+    points = datasets_synthetic.surface("genus_2").sample(2000, noise=0.01, rng=5).points
+    one, two = (recon.reconstruct(points, threads=k).mesh for k in (1, 2))
+    assert one.faces.tobytes() == two.faces.tobytes()
+    assert one.vertices.tobytes() == two.vertices.tobytes()
+
+
+def test_points_in_a_plane_give_the_region_they_cover():
+    grid = np.stack(np.meshgrid(np.arange(10.0), np.arange(12.0)), axis=-1).reshape(-1, 2)
+    tilted = grid @ np.array([[1.0, 0, 1], [0, 1, 2]]) + [5, 5, 5]
+    result = recon.reconstruct(tilted)
+    t = topology(result.mesh.faces)
+    assert result.surface == "planar"
+    assert (t.euler, t.boundary_loops, t.faces) == (1, 1, 2 * 9 * 11)
+
+
+def test_closed_on_request_and_open_on_request():
+    points = datasets_synthetic.surface("hemisphere").sample(2000, rng=0).points
+    closed = recon.reconstruct(points, surface="closed")
+    opened = recon.reconstruct(points, surface="open")
+    assert topology(closed.mesh.faces).closed and closed.surface == "closed" and closed.confidence == 1
+    assert topology(opened.mesh.faces).boundary_loops == 1 and opened.surface == "open"
+    assert closed.report["surface"]["bridged"] > opened.report["surface"]["bridged"]
+
+
+def test_1500_points_of_a_sphere_have_2996_triangles_at_radius_a_half():
+    x = np.random.default_rng(0).normal(size=(1500, 3))
+    mesh = recon.alpha_shape(x / np.linalg.norm(x, axis=1)[:, None], 0.5)
+    t = topology(mesh.faces)  # a ball of that radius fits inside too: a shell of singular facets
+    assert (len(mesh.faces), t.euler, t.manifold, t.closed) == (2996, 2, True, True)
+    solid = topology(recon.alpha_shape(x / np.linalg.norm(x, axis=1)[:, None], 1.5).faces)
+    assert (solid.faces, solid.euler, solid.manifold, solid.oriented) == (2996, 2, True, True)
+
+
+@pytest.mark.parametrize("radius", [-1.0, float("nan")])
+def test_alpha_shape_rejects_a_radius_that_is_none(radius):
+    with pytest.raises(recon.InvalidInput, match="radius"):
+        recon.alpha_shape(np.eye(3), radius)
+
+
+def test_label_surface_rejects_what_it_cannot_do():
+    line = np.arange(12.0).reshape(-1, 1) * [1.0, 2, 3]
+    on_line = recon.regular_triangulation(line)
+    with pytest.raises(recon.DegenerateInput, match="on a line"):
+        label_surface(on_line, np.ones(12))
+    plane = recon.regular_triangulation(np.random.default_rng(0).random((9, 2)))
+    with pytest.raises(recon.InvalidInput, match="3-D"):
+        label_surface(plane, np.ones(9))
+    solid = recon.regular_triangulation(np.random.default_rng(0).random((9, 3)))
+    with pytest.raises(recon.InvalidInput, match="surface"):
+        label_surface(solid, np.ones(9), "half-open")
+
+
+def test_bridged_facets_are_those_of_positive_size():
+    points = datasets_synthetic.surface("torus").sample(2000, rng=0).points
+    spacing = weighting.spacing(points)
+    triangulation = recon.regular_triangulation(points, weighting.adaptive_weights(points))
+    found = label_surface(triangulation, spacing, "closed")
+    complex_ = recon.alpha_complex(triangulation)
+    in_w0 = complex_.classify(2) != recon.EXTERIOR
+    member = {tuple(facet) for facet in complex_.simplices(2)[in_w0]}
+    for facet, bridged in zip(np.sort(found.faces, axis=1), found.bridged):
+        assert (tuple(facet) in member) != bridged
