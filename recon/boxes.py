@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 _LEAF = 4  # faces a leaf, about
+_PAIRS = 1 << 16  # pairs of nodes at a time
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -93,7 +95,9 @@ def morton(points: NDArray[np.float64]) -> NDArray[np.uint64]:
     return code
 
 
-def overlapping_pairs(tree: BoxTree, low: NDArray[np.float64], high: NDArray[np.float64]):
+def overlapping_pairs(
+    tree: BoxTree, low: NDArray[np.float64], high: NDArray[np.float64]
+) -> Iterator[NDArray[np.int64]]:
     """Give the pairs of faces whose closed boxes meet, in chunks.
 
     Parameters
@@ -133,9 +137,6 @@ def overlapping_pairs(tree: BoxTree, low: NDArray[np.float64], high: NDArray[np.
                 ]
             )
         )
-
-
-_PAIRS = 1 << 18  # pairs of nodes at a time
 
 
 def _face_pairs(

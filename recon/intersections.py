@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -51,16 +53,35 @@ def intersecting_faces(vertices: NDArray[np.float64], faces: NDArray[np.integer]
     Touching counts: a mesh without such pairs is a simplicial complex, embedded in space. Candidates come from a tree of
     boxes, signs from `recon.exact`; about 10 microseconds a face.
     """
+    chunks = list(intersecting_chunks(vertices, faces))
+    result = np.concatenate(chunks) if chunks else np.zeros((0, 2), np.int64)
+    return result[np.lexsort(result.T[::-1])]
+
+
+def intersecting_chunks(vertices: NDArray[np.float64], faces: NDArray[np.integer]) -> Iterator[NDArray[np.int64]]:
+    """Find the same pairs bit by bit, in no order: for who only counts them, or stops at the first.
+
+    Parameters
+    ----------
+    vertices : (v, 3) ndarray of float64 [L]
+    faces : (f, 3) ndarray of int
+
+    Yields
+    ------
+    (k, 2) ndarrays of int64
+        With one row or more.
+    """
     kept = np.flatnonzero(~zero_area(vertices, faces))
     if len(kept) < 2:
-        return np.zeros((0, 2), np.int64)
+        return
     triangles = _welded(vertices)[faces[kept]]
     corners = vertices[triangles]
     pairs = _Pairs(vertices, triangles)
     low, high = corners.min(axis=1), corners.max(axis=1)
-    found = [chunk[pairs.improper(chunk)] for chunk in overlapping_pairs(box_tree(corners), low, high)]
-    result = np.sort(kept[np.concatenate(found)], axis=1) if found else np.zeros((0, 2), np.int64)
-    return result[np.lexsort(result.T[::-1])]
+    for chunk in overlapping_pairs(box_tree(corners), low, high):
+        found = chunk[pairs.improper(chunk)]
+        if len(found):
+            yield np.sort(kept[found], axis=1)
 
 
 def _welded(vertices: NDArray[np.float64]) -> NDArray[np.int64]:

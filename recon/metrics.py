@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .contracts import InvalidInput
-from .intersections import intersecting_faces, zero_area
+from .intersections import intersecting_chunks, zero_area
 from .mesh import Mesh
 from .proximity import FaceQueries, Frame, area_samples, area_vectors
 from .references import Reference, as_reference, enclosed_volume
@@ -188,12 +188,13 @@ def _alone(own: _Measured, points: int | ArrayLike | None) -> Iterator[Metric]:
     for name in ("open_edges", "nonmanifold_edges", "nonmanifold_vertices", "degenerate_faces", "duplicate_faces"):
         yield Metric(name, "count", getattr(shape, name))
     yield Metric("zero_area_faces", "count", int(zero_area(mesh.vertices, mesh.faces).sum()))
-    yield Metric("self_intersections", "count", len(intersecting_faces(mesh.vertices, mesh.faces)))
+    yield Metric("self_intersections", "count", sum(map(len, intersecting_chunks(mesh.vertices, mesh.faces))))
     for name in ("closed", "manifold", "orientable", "oriented"):
         yield Metric(name, "yes/no", getattr(shape, name))
     yield Metric("outward", "yes/no", _outward(own))
     if points is not None:
-        n = int(points) if np.ndim(points) == 0 else len(points)
+        rows = np.asarray(points)
+        n = len(rows) if rows.ndim else int(rows)
         source = mesh.vertex_source[np.unique(mesh.faces)]
         used = np.unique(source[source >= 0])
         if n < 1 or (len(used) and used[-1] >= n):

@@ -79,13 +79,13 @@ class _SurfaceReference:
 
     def __init__(self, surface: Any):
         self._surface = surface
-        self.area = float(surface.area)
-        self.euler = int(surface.euler)
-        self.components = getattr(surface, "components", None)
-        self.boundary_loops = getattr(surface, "boundary_loops", None)
+        self.area: float | None = float(surface.area)
+        self.euler: int | None = int(surface.euler)
+        self.components: int | None = getattr(surface, "components", None)
+        self.boundary_loops: int | None = getattr(surface, "boundary_loops", None)
         self.orientable = bool(getattr(surface, "orientable", True))
         self.closed = bool(getattr(surface, "closed", self.boundary_loops == 0))
-        self.volume = float(surface.volume) if self.closed else None
+        self.volume: float | None = float(surface.volume) if self.closed else None
         bounds = getattr(surface, "bounds", None)
         if bounds is None:
             points = self.sample(10_000, np.random.default_rng(0))[0]
@@ -123,12 +123,12 @@ class _MeshReference:
         length = np.linalg.norm(vectors, axis=1, keepdims=True)
         self._normals = np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)
         shape = topology(mesh.faces)
-        self.area = float(length.sum()) * self._frame.scale(2)
+        self.area: float | None = float(length.sum()) * self._frame.scale(2)
         self.closed = shape.closed and shape.oriented
-        self.volume = enclosed_volume(mesh) if self.closed else None
-        self.euler = shape.euler
-        self.components = shape.components
-        self.boundary_loops = shape.boundary_loops
+        self.volume: float | None = enclosed_volume(mesh) if self.closed else None
+        self.euler: int | None = shape.euler
+        self.components: int | None = shape.components
+        self.boundary_loops: int | None = shape.boundary_loops
         self.orientable = shape.orientable
 
     def sample(self, n: int, rng: np.random.Generator) -> tuple[Array, Array | None]:
@@ -148,7 +148,11 @@ class _MeshReference:
 class _CloudReference:
     """Points alone: distances to the nearest one, which are no shorter than its distance from the next."""
 
-    area = volume = euler = components = boundary_loops = None
+    area: float | None = None
+    volume: float | None = None
+    euler: int | None = None
+    components: int | None = None
+    boundary_loops: int | None = None
     closed = False
     orientable = True
 

@@ -9,7 +9,7 @@ from scipy.sparse.csgraph import connected_components
 
 from ..contracts import CertificateError
 from ..exact import Cloud, determinant
-from ..intersections import intersecting_faces, zero_area
+from ..intersections import intersecting_chunks, zero_area
 from ..mesh import Mesh
 
 
@@ -59,12 +59,9 @@ def certify_mesh(
     if oriented:
         _oriented(edges)
     if embedded:
-        pairs = intersecting_faces(vertices, faces)
-        if len(pairs):
+        for pairs in intersecting_chunks(vertices, faces):
             a, b = pairs[0]
-            raise CertificateError(
-                f"faces {a} {faces[a]} and {b} {faces[b]} intersect, {len(pairs)} such pair(s) in all"
-            )
+            raise CertificateError(f"faces {a} {faces[a]} and {b} {faces[b]} intersect")
     if oriented and embedded and len(faces) and not (edges.count == 1).any():
         _outward(vertices, faces, edges)
     if points is not None:
