@@ -13,5 +13,18 @@ from .covering import covering
 from .density import spacing
 from .grading import graded
 from .neighborhood import Neighborhood, neighbors
+from .shape import Curvature, curvature, noise
+from .stray import outliers
 
-__all__ = ["Neighborhood", "adaptive_weights", "covering", "graded", "neighbors", "spacing"]
+__all__ = [
+    "Curvature",
+    "Neighborhood",
+    "adaptive_weights",
+    "covering",
+    "curvature",
+    "graded",
+    "neighbors",
+    "noise",
+    "outliers",
+    "spacing",
+]

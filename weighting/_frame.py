@@ -48,3 +48,12 @@ def normal_of(xx, xy, xz, yy, yz, zz):
             return 0.0, 0.0, 1.0
     length = math.sqrt(best)
     return nx / length, ny / length, nz / length
+
+
+@kernel
+def tangents_of(nx, ny, nz):
+    """Two unit vectors that make a right-handed frame with a unit normal (Duff et al. 2017)."""
+    sign = math.copysign(1.0, nz)
+    a = -1.0 / (sign + nz)
+    b = nx * ny * a
+    return 1.0 + sign * nx * nx * a, sign * b, -sign * nx, b, sign + ny * ny * a, -ny

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from recon._kernels.compile import kernel
+
+from ._frame import normal_of
 
 
 @kernel
@@ -40,13 +44,18 @@ def smooth(values, index, k):
 
 
 @kernel
-def relax(values, index, distance, k, theta, order):
-    """One sweep of w_i <- min(w_i, w_j + theta d_ij^2) and back over all neighbour pairs, in place; True where any fell."""
+def relax(values, index, distance, k, factor, power, backward):
+    """One sweep of v_i <- min(v_i, v_j + factor d_ij^power) and back over all neighbour pairs, in place; True where any fell."""
     changed = False
-    for i in order:
+    n = len(values)
+    for row in range(n):
+        i = n - 1 - row if backward else row
         for j in range(k):
             other = index[i, j]
-            step = theta * (distance[i, j] * distance[i, j])
+            step = distance[i, j]
+            if power == 2:
+                step *= step
+            step *= factor
             if values[i] + step < values[other]:
                 values[other] = values[i] + step
                 changed = True
@@ -54,3 +63,31 @@ def relax(values, index, distance, k, theta, order):
                 values[i] = values[other] + step
                 changed = True
     return changed
+
+
+@kernel
+def off_surface(points, index, distance, k, out):
+    """Distance of each point and of its neighbours from the neighbours' plane (line, in the plane): rms, over d_k."""
+    n, d = points.shape
+    for i in range(n):
+        unit = distance[i, k - 1]
+        out[i] = 0.0
+        if unit == 0.0:
+            continue
+        sx = sy = sz = xx = xy = xz = yy = yz = zz = 0.0
+        for j in range(k):
+            q = index[i, j]
+            x, y = (points[q, 0] - points[i, 0]) / unit, (points[q, 1] - points[i, 1]) / unit
+            z = (points[q, 2] - points[i, 2]) / unit if d == 3 else 0.0
+            sx, sy, sz = sx + x, sy + y, sz + z
+            xx, xy, xz, yy, yz, zz = xx + x * x, xy + x * y, xz + x * z, yy + y * y, yz + y * z, zz + z * z
+        xx, xy, xz = xx - sx * sx / k, xy - sx * sy / k, xz - sx * sz / k
+        yy, yz, zz = yy - sy * sy / k, yz - sy * sz / k, zz - sz * sz / k
+        if d == 3:
+            nx, ny, nz = normal_of(xx, xy, xz, yy, yz, zz)
+        else:
+            angle = 0.5 * math.atan2(2.0 * xy, xx - yy)
+            nx, ny, nz = -math.sin(angle), math.cos(angle), 0.0
+        own = (nx * sx + ny * sy + nz * sz) / k
+        square = nx * nx * xx + ny * ny * yy + nz * nz * zz + 2.0 * (nx * ny * xy + nx * nz * xz + ny * nz * yz)
+        out[i] = math.sqrt(own * own + max(square, 0.0) / max(k - d, 1))

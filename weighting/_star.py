@@ -8,7 +8,7 @@ import numpy as np
 
 from recon._kernels.compile import kernel
 
-from ._frame import normal_of
+from ._frame import normal_of, tangents_of
 
 STEEP = 9.0  # squared slope: a neighbour above 72 degrees has no direction around the sample
 
@@ -64,12 +64,7 @@ def stars(points, rows, index, distance, k, k_normal, spacing, widest, final, co
             yz - sy * sz / count,
             zz - sz * sz / count,
         )
-        # Duff et al. (2017): a tangent frame without a branch on the axis
-        sign = math.copysign(1.0, nz)
-        a = -1.0 / (sign + nz)
-        b = nx * ny * a
-        ux, uy, uz = 1.0 + sign * nx * nx * a, sign * b, -sign * nx
-        vx, vy, vz = b, sign + ny * ny * a, -ny
+        ux, uy, uz, vx, vy, vz = tangents_of(nx, ny, nz)
         count = 0
         for j in range(k):
             q = index[r, j]

@@ -8,9 +8,10 @@ from numpy.typing import ArrayLike, NDArray
 from recon.contracts import InvalidInput
 
 from .covering import NEAR, WIDEST, cover_sq
-from .density import spacing
+from .density import smooth_spacing
 from .grading import THETA, lowered, raised
 from .neighborhood import RING, Neighborhood, neighbors
+from .stray import strays
 
 MARGIN = 1.1  # of the weight, 5 % of the radius: what neighbouring stars may disagree
 
@@ -49,15 +50,19 @@ def adaptive_weights(
 
     Notes
     -----
-    See `spacing`, `covering` and `graded` for the terms.
+    See `spacing`, `covering`, `graded` and `outliers` for the terms. An outlier (d = 2 or 3) gets no more than the
+    spacing to be expected where it is, and asks for no covering.
     """
-    if radius == "spacing":
-        hood = neighbors(points, RING, threads=threads)
-        return lowered(hood, spacing(hood)[hood.rows] ** 2, theta, min(RING, hood.k))[hood.inverse]
-    if radius != "covering":
+    if radius not in ("spacing", "covering"):
         raise InvalidInput(f"radius: expected 'spacing' or 'covering', got {radius!r}")
-    hood = neighbors(points, NEAR, threads=threads)
-    if hood.k == 0:
-        return np.zeros(len(hood.inverse))
-    cover = cover_sq(hood, spacing(hood)[hood.rows], min(NEAR, hood.k), WIDEST, threads)
-    return raised(hood, MARGIN * cover, theta, min(RING, hood.k))[hood.inverse]
+    hood = neighbors(points, RING if radius == "spacing" else NEAR, threads=threads)
+    k = min(RING, hood.k)
+    local = smooth_spacing(hood)
+    stray = np.zeros(len(local), bool)
+    if hood.points.shape[1] in (2, 3):
+        stray, expected = strays(hood)
+        local[stray] = np.minimum(local, expected)[stray]
+    if radius == "spacing":
+        return lowered(hood, local**2, theta, k)[hood.inverse]
+    cover = cover_sq(hood, np.where(stray, 0.0, local), min(NEAR, hood.k), WIDEST, threads)
+    return raised(hood, MARGIN * cover, theta, k)[hood.inverse]

@@ -9,8 +9,8 @@ from recon.contracts import InvalidInput
 
 from ._star import gaps, stars
 from ._threads import over_ranges
-from .density import spacing
-from .neighborhood import RING, Neighborhood, neighbors
+from .density import smooth_spacing
+from .neighborhood import Neighborhood, neighbors
 
 NEAR = 24  # neighbours: gaps of up to 1.4 spacings are seen whole, nine stars in ten even in a random sample
 WIDE = 64  # neighbours for the other stars: 2.25 spacings
@@ -65,37 +65,43 @@ def covering(
     hood = neighbors(points, k, threads=threads)
     if hood.k == 0:
         return np.zeros(len(hood.inverse))
-    return np.sqrt(cover_sq(hood, spacing(hood, min(k, RING))[hood.rows], min(k, hood.k), widest, threads))[
-        hood.inverse
-    ]
+    return np.sqrt(cover_sq(hood, smooth_spacing(hood), min(k, hood.k), widest, threads))[hood.inverse]
 
 
 def cover_sq(
     hood: Neighborhood, local: NDArray[np.float64], k: int, widest: float, threads: int | None
 ) -> NDArray[np.float64]:
-    """Squared covering radii of distinct points, of which `local` is the spacing."""
+    """Squared covering radii of distinct points, of which `local` is the spacing; where that is 0, nothing is asked for."""
     m, dimension = hood.points.shape
+    rows = np.arange(m)
     if dimension not in (2, 3):
         raise InvalidInput(f"points: the covering radius needs d = 2 or 3, got {dimension}")
-    rows = np.arange(m)
     if dimension == 2:
         cover = np.zeros(m)
         gaps(hood.points, rows, hood.index, hood.distance, k, local, widest, cover)
         return cover
     final = k >= min(WIDE, m - 1)
-    cover, certain = _grow(hood, rows, hood.index, hood.distance, k, local, widest, final, threads)
+    cover, certain = _grow(hood, rows, (hood.index, hood.distance), k, local, widest, final, threads)
     unsure = np.flatnonzero(~certain)
     if not final and len(unsure):
-        index, distance = hood.wider(unsure, WIDE, threads)
-        more, _ = _grow(hood, unsure, index, distance, index.shape[1], local, widest, True, threads)
+        wide = hood.wider(unsure, WIDE, threads)
+        more, _ = _grow(hood, unsure, wide, wide[0].shape[1], local, widest, True, threads)
         np.maximum(cover, more, out=cover)
     return cover
 
 
 def _grow(
-    hood, rows, index, distance, k, local, widest, final, threads
+    hood: Neighborhood,
+    rows: NDArray[np.int64],
+    around: tuple[NDArray[np.int32], NDArray[np.float64]],
+    k: int,
+    local: NDArray[np.float64],
+    widest: float,
+    final: bool,
+    threads: int | None,
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Squared radii that the stars of some rows ask for, of all points; and which stars are certain."""
+    """Squared radii, of all points, that the stars of some rows ask for; and which of the stars are certain."""
+    index, distance = around
     certain = np.empty(len(rows), bool)
 
     def work(start: int, stop: int) -> NDArray[np.float64]:

@@ -7,6 +7,8 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from recon.contracts import InvalidInput
+
 from ._kernels import smooth
 from .neighborhood import RING, Neighborhood, neighbors
 
@@ -53,13 +55,29 @@ def spacing(
     >>> float(spacing(square).reshape(20, 20)[8:12, 8:12].mean().round(2))
     0.89
     """
+    if rounds < 0:
+        raise InvalidInput(f"rounds: expected 0 or more, got {rounds}")
     hood = neighbors(points, k, threads=threads)
-    if hood.k == 0:
-        return np.zeros(len(hood.inverse))
+    return smooth_spacing(hood, min(k, hood.k), rounds)[hood.inverse]
+
+
+def plain_spacing(hood: Neighborhood, k: int) -> NDArray[np.float64]:
+    """Spacing of distinct points from their k-th neighbour alone; 0 where there is none."""
+    m, d = hood.points.shape
+    if k == 0:
+        return np.zeros(m)
+    d = max(d - 1, 1)
+    ball = math.pi ** (d / 2) / math.gamma(d / 2 + 1)
+    return (ball / k) ** (1 / d) * hood.distance[:, k - 1]
+
+
+def smooth_spacing(hood: Neighborhood, k: int = RING, rounds: int = ROUNDS) -> NDArray[np.float64]:
+    """Spacing of distinct points, its logarithm averaged over neighbours."""
     k = min(k, hood.k)
-    m = max(hood.points.shape[1] - 1, 1)
-    ball = math.pi ** (m / 2) / math.gamma(m / 2 + 1)
-    logs = np.log((ball / k) ** (1 / m) * hood.distance[:, k - 1])
+    own = plain_spacing(hood, k)
+    if k == 0 or not own.any():
+        return own
+    logs = np.log(np.maximum(own, np.finfo(float).tiny))
     for _ in range(rounds):
         logs = smooth(logs, hood.index, k)
-    return np.exp(logs)[hood.inverse]
+    return np.exp(logs)

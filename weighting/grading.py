@@ -45,14 +45,16 @@ def graded(
     return lowered(hood, lowest, theta, min(k, hood.k))[hood.inverse]
 
 
-def lowered(hood: Neighborhood, values: NDArray[np.float64], theta: float, k: int) -> NDArray[np.float64]:
-    """Grade the weights of distinct points, in place."""
-    order = np.argsort(values, kind="stable")  # from low to high most of it is done in one sweep
-    while relax(values, hood.index, hood.distance, k, theta, order):
-        pass
+def lowered(
+    hood: Neighborhood, values: NDArray[np.float64], factor: float, k: int, power: int = 2
+) -> NDArray[np.float64]:
+    """Lower values of distinct points to v_i = min_j (v_j + factor |p_i - p_j|^power), in place."""
+    backward = False
+    while relax(values, hood.index, hood.distance, k, factor, power, backward):
+        backward = not backward
     return values
 
 
 def raised(hood: Neighborhood, values: NDArray[np.float64], theta: float, k: int) -> NDArray[np.float64]:
-    """Grade the weights of distinct points upwards: w_i = max_j (w_j - theta |p_i - p_j|^2), the least such weights."""
+    """Raise weights of distinct points to w_i = max_j (w_j - theta |p_i - p_j|^2): the least such weights."""
     return -lowered(hood, -values, theta, k)
