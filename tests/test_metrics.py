@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from oracle import dot, exact, minus, solve
 from test_topology import CUBE
 
+import datasets_synthetic
 import recon
 from recon import InvalidInput, Mesh, measure
 from recon.metrics import MEANING
@@ -191,6 +192,22 @@ def test_error_of_inscribed_spheres_is_of_second_order():
     assert best["iou"] == pytest.approx(1 + best["volume_error"], abs=4 * best["iou_standard_error"])
     assert best["normal_same_side"] == 1 and best["outward"] and best["f_score@0.001"] == 1
     assert best["euler_error"] == best["components_error"] == best["boundary_loops_error"] == 0
+
+
+@pytest.mark.parametrize("name", ["sphere", "torus", "box", "hemisphere", "mobius_band", "nested_spheres"])
+def test_analytic_surfaces_know_what_is_asked(name):
+    """A reconstruction of an even sample: every measure that has a meaning for the surface has a value."""
+    surface = datasets_synthetic.surface(name)
+    mesh = recon.reconstruct(surface.sample(3000, spacing="blue", rng=0).points).mesh
+    v = values(mesh, surface, points=3000, samples=5000)
+    size = np.linalg.norm(surface.bounds[1] - surface.bounds[0])
+    assert 0 < v["to_reference_mean"] < 2e-3 * size and 0 < v["from_reference_mean"] < 2e-3 * size
+    assert v["points_used"] > 0.99 and v["normal_angle_mean"] < 6 and abs(v["area_error"]) < 0.05
+    for key in ("bias", "iou", "volume_error"):
+        assert (v[key] is not None) == surface.closed
+    assert (v["normal_same_side"] is not None) == surface.orientable
+    if surface.closed:
+        assert v["euler_error"] == v["components_error"] == 0 and v["outward"] and v["iou"] > 0.97
 
 
 def test_parallel_sheets_are_their_distance_apart():
