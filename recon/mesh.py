@@ -73,14 +73,12 @@ class Mesh:
         for key, value in kept.items():
             if value.shape[:1] != (len(points),):
                 raise InvalidInput(f"attribute {key!r}: expected {len(points)} rows, got shape {value.shape}")
-        arrays = (
-            np.array(points),
-            np.array(triangles, dtype=np.int32, order="C"),
-            np.array(source, dtype=np.int64),
-        )
-        for array in (*arrays, *kept.values()):
-            array.flags.writeable = False
-        return cls(*arrays, kept)
+        located = np.array(points)
+        corners = np.array(triangles, dtype=np.int32, order="C")
+        rows = np.array(source, dtype=np.int64)
+        for array in (located, corners, rows, *kept.values()):
+            array.setflags(write=False)
+        return cls(located, corners, rows, kept)
 
     def __repr__(self) -> str:
         carried = f", attributes {sorted(self.attributes)}" if self.attributes else ""

@@ -76,7 +76,7 @@ def reconstruct(
     surface : {"auto", "closed", "open", "complex"}
         See `recon.surface.label_surface`; "complex" is the literal boundary of W_alpha, regular and singular facets.
     attributes : mapping of str to (n, ...) array_like, optional
-        Carried over to the vertices of the mesh.
+        Carried over to the vertices of the mesh; those of a `PointCloud` by default.
     clean : bool
         Split vertices and edges where the surface touches itself, so that it is a manifold.
     denoise : float, optional
@@ -117,7 +117,7 @@ def reconstruct(
     located = as_points(points, 3)
     if len(located) < 4:
         raise DegenerateInput(f"points: a surface needs at least 4, got {len(located)}")
-    carried = _as_attributes(attributes, len(located))
+    carried = _as_attributes(getattr(points, "attributes", None) if attributes is None else attributes, len(located))
     hood = weighting.neighbors(located, threads=threads)
     spacing = weighting.spacing(hood)
     if not spacing.any():
@@ -204,9 +204,9 @@ def _figures(
         "input": {"points": len(points), "duplicates": duplicates},
         "weights": {
             "kind": asked if isinstance(asked, str) else "given",
-            "radius_from": float(np.sqrt(max(w.min(), 0.0))),
-            "to": float(np.sqrt(max(w.max(), 0.0))),
-            "spacing_median": float(np.median(spacing)),
+            "least": float(w.min()),
+            "greatest": float(w.max()),
+            "median_spacing": float(np.median(spacing)),
         },
         "triangulation": {
             "cells": len(triangulation.cells),

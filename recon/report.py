@@ -32,10 +32,11 @@ class Report:
         return json.dumps(self.to_dict(), indent=2)
 
     def __str__(self) -> str:
+        width = max(len(key) for section in self.sections.values() for key in section)
         lines = []
         for name, section in self.sections.items():
-            facts = ", ".join(f"{key.replace('_', ' ')} {_shown(value)}" for key, value in section.items())
-            lines.append(f"{name:<14}{facts}")
+            lines.append(name)
+            lines += [f"  {key.replace('_', ' '):<{width}}  {_shown(value)}" for key, value in section.items()]
         return "\n".join(lines)
 
 
