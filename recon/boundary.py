@@ -86,32 +86,31 @@ def _boundary_alone(family: Family, alpha: float) -> Boundary:
     regular, singular = np.empty(regular_count, np.int32), np.empty(singular_count, np.int32)
     kernels.list_facets(marks, 0, regular)
     kernels.list_facets(marks, 4, singular)
-    singular = singular[_is_singular(family, singular, alpha)]
+    singular = _singular(family, singular, alpha)
 
     found = np.concatenate([regular, singular])
-    starts, ints = np.empty(len(points) + 2, np.int64), np.empty((len(found), 4), np.int32)
-    kernels.bucket_facets(cells, found, starts, ints)
-    facets, tails = np.empty((len(found), 3), np.int32), np.empty((2, len(found)), np.int32)
-    levels.unpack(starts[:-1], ints, np.empty((len(found), 0)), facets, tails, np.empty((0, len(found))))
-    inward, position = tails
+    starts, facets = np.empty(len(points) + 2, np.int64), np.empty((len(found), 3), np.int32)
+    position, inward = np.empty(len(found), np.int32), np.empty(len(found), np.uint8)
+    kernels.bucket_facets(cells, found, starts, facets, position, inward)
+    levels.sort_buckets(starts[:-1], facets, position, inward, np.empty((0, len(found))))
     is_singular = position >= len(regular)
     turn = (inward == 1) & ~is_singular
     facets[turn, 1:] = facets[turn, :0:-1]
     return _frozen(facets, is_singular)
 
 
-def _is_singular(family: Family, facets: NDArray[np.int32], alpha: float) -> NDArray[np.bool_]:
-    """Tell of facets (4 cell + slot) between outer cells whether they are unattached and of size at most alpha."""
+def _singular(family: Family, facets: NDArray[np.int32], alpha: float) -> NDArray[np.int32]:
+    """Choose from facets (4 cell + slot) between outer cells those that are unattached and of size at most alpha."""
     cells, neighbors = family.triangulation.cells, family.triangulation.neighbors
+    corners = cells[facets >> 2][np.arange(4) != (facets & 3)[:, None]].reshape(-1, 3)
+    facets = facets[_sizes(family, corners)[0] <= alpha]
     cell, slot = facets >> 2, facets & 3
-    corners = cells[cell][np.arange(4) != slot[:, None]].reshape(-1, 3)
-    result = _sizes(family, corners)[0] <= alpha
-    result &= _sizes(family, cells[cell])[1] >> slot & 1 == 0
     other = neighbors[cell, slot]
-    inner = np.flatnonzero(other >= 0)
-    mirror = (neighbors[other[inner]] == cell[inner, None]).argmax(axis=1)
-    result[inner] &= _sizes(family, cells[other[inner]])[1] >> mirror & 1 == 0
-    return result
+    beside = np.unique(np.concatenate([cell, other[other >= 0]]))
+    conflict = np.zeros(len(cells) + 1, np.uint8)  # the last one stands for the outside, -1
+    conflict[beside] = _sizes(family, cells[beside])[1]
+    mirror = (neighbors[other] == cell[:, None]).argmax(axis=1)
+    return facets[(conflict[cell] >> slot & 1 == 0) & (conflict[other] >> mirror & 1 == 0)]
 
 
 def _sizes(family: Family, simplices: NDArray[np.int32]) -> tuple[NDArray[np.float64], NDArray[np.uint8]]:

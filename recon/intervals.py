@@ -155,35 +155,34 @@ class Family:
 
     def _tetrahedra(self) -> Level:
         cells = self.triangulation.cells
-        rho, _ = self._measured_cells()
-        starts, ints, reals = self._buckets(len(cells), 1)
+        starts, rows, owner, code, reals = self._arrays(len(cells), 4, 1)
         kernels.count_cells(cells, starts)
-        kernels.bucket_cells(cells, rho, starts, ints, reals)
-        rows, (owner,), (rho,) = _unpacked(starts, ints, reals, 4)
-        return Level(rows, starts, rho, rho, rho, np.zeros(len(rows), np.uint8), owner)
+        kernels.bucket_cells(cells, self._measured_cells()[0], starts, rows, owner, reals)
+        kernels.sort_buckets(starts, rows, owner, code, reals)
+        return Level(rows, starts, reals[0], reals[0], reals[0], code, owner)
 
     def _facets(self) -> Level:
         cells, neighbors = self.triangulation.cells, self.triangulation.neighbors
         points, exponent, integral = self.scaled
-        cell_rho, conflict = self._measured_cells()
-        starts, ints, reals = self._buckets(int(neighbors.size + np.count_nonzero(neighbors < 0)) // 2, 3)
+        measured = self._measured_cells()
+        count = int(neighbors.size + np.count_nonzero(neighbors < 0)) // 2
+        starts, rows, owner, code, reals = self._arrays(count, 3, 3)
         kernels.count_facets(cells, neighbors, starts)
-        kernels.facets_of_tetrahedra(points, integral, cells, neighbors, cell_rho, conflict, starts, ints, reals)
-        rows, (owner, code), (rho, lower, upper) = _unpacked(starts, ints, reals, 3)
-        code = code.astype(np.uint8)
+        kernels.facets_of_tetrahedra(points, integral, cells, neighbors, *measured, starts, rows, owner, code, reals)
+        kernels.sort_buckets(starts, rows, owner, code, reals)
+        rho, lower, upper = reals
         settle(points, integral, rows, rho, code)
         return Level(rows, starts, _unscaled(rho, exponent), lower, upper, code, owner)
 
     def _triangles(self) -> Level:
         cells, neighbors = self.triangulation.cells, self.triangulation.neighbors
         points, exponent, integral = self.scaled
-        starts, ints, reals = self._buckets(len(cells), 1)
+        starts, rows, owner, code, reals = self._arrays(len(cells), 3, 1)
         kernels.count_cells(cells, starts)
-        kernels.measure_triangles(points, integral, cells, neighbors, starts, ints, reals)
-        rows, (owner, code), (rho,) = _unpacked(starts, ints, reals, 3)
-        code = code.astype(np.uint8)
-        settle(points, integral, rows, rho, code)
-        rho = _unscaled(rho, exponent)
+        kernels.measure_triangles(points, integral, cells, neighbors, starts, rows, owner, code, reals)
+        kernels.sort_buckets(starts, rows, owner, code, reals)
+        settle(points, integral, rows, reals[0], code)
+        rho = _unscaled(reals[0], exponent)
         return Level(rows, starts, rho, rho, rho, code, owner)
 
     def _edges(self) -> Level:
@@ -216,10 +215,16 @@ class Family:
         starts = np.concatenate([[0], np.cumsum(there)])
         return Level(rows, starts, -weights[there], lower, upper, code)
 
-    def _buckets(self, count: int, reals: int) -> tuple[NDArray[np.int64], NDArray[np.int32], NDArray[np.float64]]:
-        # Large arrays come from numpy, which asks for huge pages: the kernels' own would cost a page fault every 4 kB.
+    def _arrays(
+        self, count: int, width: int, reals: int
+    ) -> tuple[NDArray[np.int64], NDArray[np.int32], NDArray[np.int32], NDArray[np.uint8], NDArray[np.float64]]:
+        """Room for a level: starts, rows, owner, code (all zero), and that many arrays of reals.
+
+        From numpy, which asks for huge pages: arrays that the kernels make cost a page fault every 4 kB.
+        """
         n = len(self.triangulation.points)
-        return np.empty(n + 1, np.int64), np.empty((count, 4), np.int32), np.empty((count, reals))
+        rows, owner = np.empty((count, width), np.int32), np.empty(count, np.int32)
+        return np.empty(n + 1, np.int64), rows, owner, np.zeros(count, np.uint8), np.empty((reals, count))
 
 
 def scale(points: NDArray[np.float64], weights: NDArray[np.float64]) -> tuple[NDArray[np.float64], int, bool]:
@@ -260,15 +265,3 @@ def _lowest_bit(values: NDArray[np.float64]) -> int:
 def _unscaled(rho: NDArray[np.float64], exponent: int) -> NDArray[np.float64]:
     """Sizes in the units of the input."""
     return np.ldexp(rho, 2 * exponent) if exponent else rho
-
-
-def _unpacked(
-    starts: NDArray[np.int64], ints: NDArray[np.int32], reals: NDArray[np.float64], width: int
-) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.float64]]:
-    """Sort bucketed records: rows (s, width), and an array (s,) for each further column of integers and of reals."""
-    count = len(ints)
-    rows = np.empty((count, width), np.int32)
-    tails = np.empty((ints.shape[1] - width + 1, count), np.int32)
-    columns = np.empty((reals.shape[1], count))
-    kernels.unpack(starts, ints, reals, rows, tails, columns)
-    return rows, tails, columns

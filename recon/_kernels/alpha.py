@@ -61,8 +61,8 @@ def count_facets(cells, neighbors, starts):
 
 
 @kernel
-def facets_of_tetrahedra(scaled, integral, cells, neighbors, cell_rho, conflict, starts, ints, reals):
-    """Fill in facets, bucket by bucket of first vertex: the other two, 4 cell + slot opposite, code; rho, bounds."""
+def facets_of_tetrahedra(scaled, integral, cells, neighbors, cell_rho, conflict, starts, rows, owner, code, reals):
+    """Fill in facets, bucket by bucket of first vertex: vertices, 4 cell + slot opposite, code; rho, lower, upper."""
     place = np.empty(len(starts) - 1, np.int64)
     for v in range(len(place)):
         place[v] = starts[v]
@@ -74,15 +74,15 @@ def facets_of_tetrahedra(scaled, integral, cells, neighbors, cell_rho, conflict,
             if 0 <= other < i:
                 continue
             p, q, r = (b if j == 0 else a) >> 2, (b if j > 1 else c) >> 2, (c if j > 2 else d) >> 2
-            rho, code = triangle(
+            rho, signs = triangle(
                 scaled[p, 0], scaled[p, 1], scaled[p, 2], scaled[p, 3], scaled[q, 0], scaled[q, 1], scaled[q, 2],
                 scaled[q, 3], scaled[r, 0], scaled[r, 1], scaled[r, 2], scaled[r, 3], integral,
             )  # fmt: skip
-            code = 7 if code >> 4 else code
+            signs = 7 if signs >> 4 else signs
             attached = conflict[i] >> slot & 1
             lower, upper = cell_rho[i], math.inf
             if other < 0:
-                code |= HULL | 56
+                signs |= HULL | 56
             else:
                 lower, upper = min(lower, cell_rho[other]), max(lower, cell_rho[other])
                 for s in range(4):
@@ -90,8 +90,8 @@ def facets_of_tetrahedra(scaled, integral, cells, neighbors, cell_rho, conflict,
                         attached |= conflict[other] >> s & 1
             f = place[p]
             place[p] += 1
-            ints[f, 0], ints[f, 1], ints[f, 2], ints[f, 3] = q, r, 4 * i + slot, code | attached * ATTACHED
-            reals[f, 0], reals[f, 1], reals[f, 2] = rho, lower, upper
+            rows[f, 0], rows[f, 1], rows[f, 2], owner[f], code[f] = p, q, r, 4 * i + slot, signs | attached * ATTACHED
+            reals[0, f], reals[1, f], reals[2, f] = rho, lower, upper
 
 
 @kernel
@@ -108,8 +108,8 @@ def count_cells(cells, starts):
 
 
 @kernel
-def bucket_cells(cells, cell_rho, starts, ints, reals):
-    """Fill in cells, bucket by bucket of first vertex: the other three, the cell; its size."""
+def bucket_cells(cells, cell_rho, starts, rows, owner, reals):
+    """Fill in tetrahedra that are cells, bucket by bucket of first vertex: vertices, the cell; its size."""
     place = np.empty(len(starts) - 1, np.int64)
     for v in range(len(place)):
         place[v] = starts[v]
@@ -117,25 +117,26 @@ def bucket_cells(cells, cell_rho, starts, ints, reals):
         a, b, c, d = _sorted_slots(cells, i)
         f = place[a >> 2]
         place[a >> 2] += 1
-        ints[f, 0], ints[f, 1], ints[f, 2], ints[f, 3] = b >> 2, c >> 2, d >> 2, i
-        reals[f, 0] = cell_rho[i]
+        rows[f, 0], rows[f, 1], rows[f, 2], rows[f, 3], owner[f] = a >> 2, b >> 2, c >> 2, d >> 2, i
+        reals[0, f] = cell_rho[i]
 
 
 @kernel
-def unpack(starts, ints, reals, rows, tails, columns):
-    """Sort the records of each bucket; fill in rows (s, k+1), and one array (s,) each for what else a record holds."""
+def sort_buckets(starts, rows, owner, code, reals):
+    """Make rows lexicographic within each bucket of first vertex, in place, and take what else a simplex has along."""
     width = rows.shape[1]
     longest = 0
     for v in range(len(starts) - 1):
         longest = max(longest, starts[v + 1] - starts[v])
-    major, minor, index = np.empty(longest, np.int64), np.zeros(longest, np.int64), np.empty(longest, np.int64)
+    major, minor, index = np.empty(longest, np.int64), np.empty(longest, np.int64), np.empty(longest, np.int64)
+    number, real = np.empty(longest, np.int64), np.empty(longest)
     for v in range(len(starts) - 1):
         start, size = starts[v], starts[v + 1] - starts[v]
         for j in range(size):
             index[j] = start + j
-            major[j] = np.int64(ints[start + j, 0]) << 32 | ints[start + j, 1]
-            if width > 3:
-                minor[j] = ints[start + j, 2]
+            major[j] = np.int64(rows[start + j, 1]) << 32 | rows[start + j, 2]
+            minor[j] = rows[start + j, 3] if width > 3 else 0
+            number[j] = np.int64(owner[start + j]) << 8 | code[start + j]
         gap = 1
         while gap < size // 3:
             gap = 3 * gap + 1
@@ -148,19 +149,21 @@ def unpack(starts, ints, reals, rows, tails, columns):
                 major[k], minor[k], index[k] = x, y, z
             gap //= 3
         for j in range(size):
-            f = index[j]
-            rows[start + j, 0] = v
-            for c in range(1, width):
-                rows[start + j, c] = ints[f, c - 1]
-            for c in range(len(tails)):
-                tails[c, start + j] = ints[f, c + width - 1]
-            for c in range(len(columns)):
-                columns[c, start + j] = reals[f, c]
+            rows[start + j, 1], rows[start + j, 2] = major[j] >> 32, major[j] & 0xFFFFFFFF
+            if width > 3:
+                rows[start + j, 3] = minor[j]
+            packed = number[index[j] - start]
+            owner[start + j], code[start + j] = packed >> 8, packed & 255
+        for c in range(len(reals)):
+            for j in range(size):
+                real[j] = reals[c, index[j]]
+            for j in range(size):
+                reals[c, start + j] = real[j]
 
 
 @kernel
-def measure_triangles(scaled, integral, cells, neighbors, starts, ints, reals):
-    """Fill in triangles that are cells, bucket by bucket of first vertex: the other two, the cell, code; size."""
+def measure_triangles(scaled, integral, cells, neighbors, starts, rows, owner, code, reals):
+    """Fill in triangles that are cells, bucket by bucket of first vertex: vertices, the cell, code; size."""
     place = np.empty(len(starts) - 1, np.int64)
     for v in range(len(place)):
         place[v] = starts[v]
@@ -171,15 +174,15 @@ def measure_triangles(scaled, integral, cells, neighbors, starts, ints, reals):
         b, c = min(b, c), max(b, c)
         a, b = min(a, b), max(a, b)
         p, q, r = a >> 2, b >> 2, c >> 2
-        rho, code = triangle(
+        rho, signs = triangle(
             scaled[p, 0], scaled[p, 1], scaled[p, 2], scaled[p, 3], scaled[q, 0], scaled[q, 1], scaled[q, 2],
             scaled[q, 3], scaled[r, 0], scaled[r, 1], scaled[r, 2], scaled[r, 3], integral,
         )  # fmt: skip
         hull = (neighbors[i, a & 3] < 0) << 3 | (neighbors[i, b & 3] < 0) << 4 | (neighbors[i, c & 3] < 0) << 5
         f = place[p]
         place[p] += 1
-        ints[f, 0], ints[f, 1], ints[f, 2], ints[f, 3] = q, r, i, (7 if code >> 4 else code) | hull
-        reals[f, 0] = rho
+        rows[f, 0], rows[f, 1], rows[f, 2], owner[f], code[f] = p, q, r, i, (7 if signs >> 4 else signs) | hull
+        reals[0, f] = rho
 
 
 @kernel

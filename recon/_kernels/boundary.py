@@ -115,26 +115,26 @@ def list_facets(marks, shift, found):
 
 
 @kernel
-def bucket_facets(cells, found, starts, ints):
-    """Fill in facets (4 cell + slot), by first vertex: the other two, 1 where ascending is inward, position."""
+def bucket_facets(cells, found, starts, rows, position, inward):
+    """Fill in facets (4 cell + slot), by first vertex: vertices, position in `found`, is ascending order inward?"""
     starts[:] = 0
     for turn in range(2):
         for f in range(len(found)):
             i, s = found[f] >> 2, found[f] & 3
             p, q, r = cells[i, 1 if s == 0 else 0], cells[i, 2 if s < 2 else 1], cells[i, 3 if s < 3 else 2]
-            inward = s & 1  # seen from outside a positive cell, (p, q, r) turns to the left for slots 0 and 2
+            odd = s & 1  # seen from outside a positive cell, (p, q, r) turns to the left for slots 0 and 2
             if p > q:
-                p, q, inward = q, p, 1 - inward
+                p, q, odd = q, p, 1 - odd
             if q > r:
-                q, r, inward = r, q, 1 - inward
+                q, r, odd = r, q, 1 - odd
             if p > q:
-                p, q, inward = q, p, 1 - inward
+                p, q, odd = q, p, 1 - odd
             if turn == 0:
                 starts[p + 2] += 1
             else:
                 k = starts[p + 1]
                 starts[p + 1] += 1
-                ints[k, 0], ints[k, 1], ints[k, 2], ints[k, 3] = q, r, inward, f
+                rows[k, 0], rows[k, 1], rows[k, 2], position[k], inward[k] = p, q, r, f, odd
         if turn == 0:
             for v in range(len(starts) - 2):
                 starts[v + 2] += starts[v + 1]

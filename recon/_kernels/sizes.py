@@ -201,7 +201,8 @@ def settle(scaled, integral, rows, rho, code):
                 k -= 1
             keys[k] = key
         signs = 0
-        for face in range(1, full + 1):
+        for step in range(full + 1):
+            face = step if step > 0 else full  # by itself first, which mostly does; else after all of its faces
             a, b, c, d = nobody, nobody, nobody, nobody
             for j in range(width - 1, -1, -1):
                 if face >> j & 1:
@@ -216,7 +217,7 @@ def settle(scaled, integral, rows, rho, code):
             elif d < 0:
                 size, signs = triangle(p[0], p[1], p[2], p[3], q[0], q[1], q[2], q[3], r[0], r[1], r[2], r[3], integral)
                 better, certain = size, signs
-                if signs & (UNDECIDED | INACCURATE):
+                if step > 0 and signs & (UNDECIDED | INACCURATE):
                     better, certain = dd_triangle(p, q, r, integral)
             else:
                 size, signs = tetrahedron(
@@ -224,8 +225,13 @@ def settle(scaled, integral, rows, rho, code):
                     integral,
                 )  # fmt: skip
                 better, certain = size, signs
-                if signs & (UNDECIDED | INACCURATE):
+                if step > 0 and signs & (UNDECIDED | INACCURATE):
                     better, certain = dd_tetrahedron(p, q, r, s, integral)
+            if step == 0:
+                if signs >> 4:
+                    continue
+                sizes[full] = size
+                break
             if certain & (UNDECIDED | INACCURATE):
                 better, certain = exact_simplex(scaled, a, b, c, d)
             size = better if signs & INACCURATE else size

@@ -11,7 +11,7 @@ import numpy as np
 
 from .compile import kernel
 from .doubledouble import dd_add, dd_cross, dd_dot3, dd_mul, dd_sub, two_diff
-from .exact import BITS, add_float, carry, lowest_bit, sign
+from .exact import BITS, add_float, lowest_bit
 
 UNDECIDED, INACCURATE, CLOSE = 1 << 8, 1 << 9, 1 << 10
 ACCURACY = 2.0**-40  # of a size, in units of |rho| + max |w|
@@ -147,78 +147,85 @@ def exact_simplex(scaled, i0, i1, i2, i3):
             unit, top = min(unit, lowest_bit(scaled[i, c])), max(top, math.frexp(scaled[i, c])[1])
         unit = min(unit, lowest_bit(scaled[i, 3]) // 2)
         top = max(top, (math.frexp(scaled[i, 3])[1] + 1) // 2)
-    length = 16 * ((top - unit + 2) // BITS + 2) + 16
+    size = (top - unit + 2) // BITS + 2  # digits of a difference
+    length = 8 * size + 8
     # Rows: e 0 to 8, G 9 to 17, h 18 to 20, adj G 21 to 29, shares 2 det G lambda 30 to 33, and the three above.
-    x = np.zeros((37, length), np.int64)
+    x, used = np.zeros((37, length), np.int64), np.zeros(37, np.int64)
     add_float(x[weight], scaled[i0, 3], 2 * unit, plus)
-    carry(x[weight], length)
+    _carry(x, used, weight, 2 * size)
     for j in range(3):
         if j >= k:
-            x[9 + 4 * j, 0] = 1
+            x[9 + 4 * j, 0], used[9 + 4 * j] = 1, 1
             continue
         i = i1 if j == 0 else (i2 if j == 1 else i3)
         for c in range(3):
             add_float(x[3 * j + c], scaled[i, c], unit, plus)
             add_float(x[3 * j + c], scaled[i0, c], unit, minus)
-            carry(x[3 * j + c], length)
+            _carry(x, used, 3 * j + c, size)
         add_float(x[18 + j], scaled[i0, 3], 2 * unit, plus)
         add_float(x[18 + j], scaled[i, 3], 2 * unit, minus)
     for j in range(k):
         for l in range(k):
             for c in range(3):
-                _add_product(x, 9 + 3 * j + l, 3 * j + c, 3 * l + c, plus)
-        for t in range(length):
+                _add_product(x, used, 9 + 3 * j + l, 3 * j + c, 3 * l + c, plus)
+        for t in range(used[9 + 4 * j]):
             x[18 + j, t] += x[9 + 4 * j, t]
-        carry(x[18 + j], length)
+        _carry(x, used, 18 + j, 2 * size + 1)
     for j in range(3):
         a, b = 9 + 3 * ((j + 1) % 3), 9 + 3 * ((j + 2) % 3)
         for l in range(3):
             c, d = (l + 1) % 3, (l + 2) % 3
             for term in range(2):
-                _add_product(
-                    x, 21 + 3 * j + l, a + (c if term == 0 else d), b + (d if term == 0 else c), plus - 2 * term
-                )
+                m = plus - 2 * term
+                _add_product(x, used, 21 + 3 * j + l, a + (c if term == 0 else d), b + (d if term == 0 else c), m)
     for j in range(3):
         for l in range(3):
-            _add_product(x, 31 + j, 21 + 3 * j + l, 18 + l, plus)
-        _add_product(x, det, 9 + j, 21 + j, plus)
+            _add_product(x, used, 31 + j, 21 + 3 * j + l, 18 + l, plus)
+        _add_product(x, used, det, 9 + j, 21 + j, plus)
     for t in range(length):
         x[30, t] = 2 * x[det, t] - x[31, t] - x[32, t] - x[33, t]
-    carry(x[30], length)
+    _carry(x, used, np.int64(30), length - 1)
     code = 0
     for j in range(k + 1):
-        s = sign(x[30 + j], length)
+        s = 0 if used[30 + j] == 0 else x[30 + j, used[30 + j] - 1]  # balanced digits: the first one has the sign
         code |= (1 << j if s < 0 else 0) | (16 << j if s == 0 else 0)
     for j in range(4):  # 4 det G rho
-        _add_product(x, power, 31 + j if j < 3 else det, 18 + j if j < 3 else weight, plus if j < 3 else 4 * minus)
-    upper, upper_exponent = _leading(x, power)
-    lower, lower_exponent = _leading(x, det)
+        a, b = (31 + j, 18 + j) if j < 3 else (det, weight)
+        _add_product(x, used, power, a, b, plus if j < 3 else 4 * minus)
+    upper, upper_exponent = _leading(x, used, power)
+    lower, lower_exponent = _leading(x, used, det)
     return math.ldexp(upper / lower, upper_exponent - lower_exponent - 2 + 2 * unit), code
 
 
 @kernel
-def _add_product(x, target, a, b, factor):
-    """Add a small factor times row a times row b to a row of digits; the product must fit."""
-    length = x.shape[1]
-    a_length, b_length = length, length
-    while a_length > 0 and x[a, a_length - 1] == 0:
-        a_length -= 1
-    while b_length > 0 and x[b, b_length - 1] == 0:
-        b_length -= 1
-    for i in range(a_length):
-        digit = factor * x[a, i]
-        for j in range(b_length):
-            x[target, i + j] += digit * x[b, j]
-    carry(x[target], length)
+def _carry(x, used, row, touched):
+    """Balance the digits of a row of which the first `touched` may be out of bounds; and count those in use."""
+    end, i = max(touched, used[row]), 0
+    over = np.int64(0)
+    while i < end or over != 0:
+        digit = x[row, i] + over
+        over = (digit + (1 << (BITS - 1))) >> BITS
+        x[row, i] = digit - (over << BITS)
+        i += 1
+    while i > 0 and x[row, i - 1] == 0:
+        i -= 1
+    used[row] = i
 
 
 @kernel
-def _leading(x, row):
+def _add_product(x, used, target, a, b, factor):
+    """Add a small factor times row a times row b to a row of digits; the product must fit."""
+    for i in range(used[a]):
+        digit = factor * x[a, i]
+        for j in range(used[b]):
+            x[target, i + j] += digit * x[b, j]
+    _carry(x, used, target, used[a] + used[b])
+
+
+@kernel
+def _leading(x, used, row):
     """Give (y, e) with y * 2**e the value of a row of balanced digits, to 50 bits and more."""
-    top = x.shape[1] - 1
-    while top > 0 and x[row, top] == 0:
-        top -= 1
     value = 0.0
-    for i in range(max(0, top - 3), top + 1):
+    for i in range(max(0, used[row] - 4), used[row]):
         value = value * 2.0**-BITS + x[row, i]
-    return value, BITS * top
+    return value, BITS * (used[row] - 1)
