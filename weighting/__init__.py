@@ -15,6 +15,7 @@ from .grading import graded
 from .neighborhood import Neighborhood, neighbors
 from .shape import Curvature, curvature, noise
 from .stray import outliers
+from .thickness import sufficient_weight, thickness
 
 __all__ = [
     "Curvature",
@@ -27,4 +28,6 @@ __all__ = [
     "noise",
     "outliers",
     "spacing",
+    "sufficient_weight",
+    "thickness",
 ]

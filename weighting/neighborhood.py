@@ -53,8 +53,17 @@ class Neighborhood:
     def wider(self, rows: NDArray, k: int, threads: int | None = None) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
         """Find k neighbours of some points: rows and distances, each (len(rows), k) or as many as there are."""
         k = min(k, len(self.points) - 1)
-        distance, index = self.tree.query(self.tree.data[rows], k + 1, workers=-1 if threads is None else threads)
-        return _without_self(rows, index.astype(np.int32), distance / self.scale)
+        if k == 0:
+            return np.empty((len(rows), 0), np.int32), np.empty((len(rows), 0))
+        others = np.arange(2, k + 2)  # the nearest is the point itself
+        distance, index = self.tree.query(self.tree.data[rows], others, workers=-1 if threads is None else threads)
+        if distance[:, 0].min() == 0.0:  # unless squares underflow
+            distance, index = self.tree.query(self.tree.data[rows], k + 1)
+            own = index == rows[:, None]
+            own[~own.any(axis=1), -1] = True
+            distance, index = distance[~own].reshape(-1, k), index[~own].reshape(-1, k)
+        distance /= self.scale
+        return index.astype(np.int32), distance
 
     def __repr__(self) -> str:
         (m, d), n = self.points.shape, len(self.inverse)
@@ -127,13 +136,3 @@ def _distinct(points: NDArray) -> tuple[NDArray, NDArray[np.int64], NDArray[np.i
     inverse = np.empty(len(points), np.int64)
     inverse[order] = np.cumsum(fresh) - 1
     return located[fresh], order[fresh], inverse
-
-
-def _without_self(rows: NDArray, index: NDArray, distance: NDArray) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
-    """Drop the point itself from its neighbours: the first, unless distances underflow to zero."""
-    index, distance = index.reshape(len(rows), -1), distance.reshape(len(rows), -1)
-    own = index == rows[:, None]
-    if own[:, 0].all():
-        return np.ascontiguousarray(index[:, 1:]), np.ascontiguousarray(distance[:, 1:])
-    own[~own.any(axis=1), -1] = True
-    return index[~own].reshape(len(rows), -1), distance[~own].reshape(len(rows), -1)

@@ -72,8 +72,8 @@ def curvature(points: ArrayLike | Neighborhood, k: int = FIT, *, threads: int | 
     [1.0, 1.0]
     """
     hood = neighbors(points, k, threads=threads)
-    fit = _fit(hood, k, threads)
-    return Curvature(*(array[hood.inverse] for array in fit[:3]))
+    found = fit(hood, k, threads)
+    return Curvature(*(array[hood.inverse] for array in found[:3]))
 
 
 def noise(points: ArrayLike | Neighborhood, k: int = FIT, *, threads: int | None = None) -> NDArray[np.float64]:
@@ -111,24 +111,28 @@ def noise(points: ArrayLike | Neighborhood, k: int = FIT, *, threads: int | None
     0.01
     """
     hood = neighbors(points, k, threads=threads)
-    *_, misfit, freedom = _fit(hood, k, threads)
+    return pooled(hood, *fit(hood, k, threads)[3:])[hood.inverse]
+
+
+def pooled(hood: Neighborhood, misfit: NDArray[np.float64], freedom: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Root of misfit over degrees of freedom, both averaged over neighbours; NaN where there is no freedom."""
     for _ in range(POOLED):
         misfit = smooth(misfit, hood.index, min(RING, hood.k))
         freedom = smooth(freedom, hood.index, min(RING, hood.k))
-    return np.sqrt(np.divide(misfit, freedom, out=np.full(len(misfit), np.nan), where=freedom > 0))[hood.inverse]
+    return np.sqrt(np.divide(misfit, freedom, out=np.full(len(misfit), np.nan), where=freedom > 0))
 
 
-def _fit(hood: Neighborhood, k: int, threads: int | None) -> tuple[NDArray[np.float64], ...]:
+def fit(hood: Neighborhood, k: int, threads: int | None) -> tuple[NDArray[np.float64], ...]:
     """Normals, curvatures, errors, misfits and degrees of freedom of distinct points."""
     m, d = hood.points.shape
     if d != 3:
         raise InvalidInput(f"points: a quadric needs d = 3, got {d}")
     if k < TERMS:
         raise InvalidInput(f"k: a quadric needs at least {TERMS} neighbours, got {k}")
-    fit = np.empty((m, 3)), np.empty((m, 2)), np.empty((m, 2)), np.empty(m), np.empty(m)
+    found = np.empty((m, 3)), np.empty((m, 2)), np.empty((m, 2)), np.empty(m), np.empty(m)
 
     def work(start: int, stop: int) -> None:
-        fit_quadrics(hood.points, start, stop, hood.index, hood.distance, min(k, hood.k), *fit)
+        fit_quadrics(hood.points, start, stop, hood.index, hood.distance, min(k, hood.k), *found)
 
     over_ranges(work, m, threads)
-    return fit
+    return found
