@@ -76,7 +76,8 @@ class Mesh:
         located = np.array(points)
         corners = np.array(triangles, dtype=np.int32, order="C")
         rows = np.array(source, dtype=np.int64)
-        for array in (located, corners, rows, *kept.values()):
+        arrays: list[NDArray] = [located, corners, rows, *kept.values()]
+        for array in arrays:
             array.setflags(write=False)
         return cls(located, corners, rows, kept)
 
