@@ -200,7 +200,7 @@ def excesses(nodes, links, sides, around, queue, seen, counted, stamp, excess):
     for v in range(len(around)):
         if around[v] >= 0:
             stamp += 1
-            excess[v] = umbrellas(nodes, links, sides, v, around[v], queue, seen, counted, stamp)
+            excess[v] = umbrellas(nodes, links, sides, np.int64(v), np.int64(around[v]), queue, seen, counted, stamp)
     return stamp
 
 
@@ -298,7 +298,7 @@ def flip(points, spacing, nodes, links, sides, x, queue, seen, counted, stamp, e
         if v < n:
             stamp += 1
             old = excess[v]
-            new = umbrellas(nodes, links, sides, v, x, queue, seen, counted, stamp)
+            new = umbrellas(nodes, links, sides, np.int64(v), np.int64(x), queue, seen, counted, stamp)
             excess[v] = new
             energy += (BURIED if new < 0 else PINCH * new) - (BURIED if old < 0 else PINCH * old)
             chi += (new >= 0) - (old >= 0)
@@ -437,7 +437,7 @@ def repair(points, spacing, nodes, links, gate, m, sides, pole, anti, rounds):
     mark = np.zeros(N, np.int64)
     component = np.empty(N, np.int32)
     size = np.empty(N + 1, np.int64)
-    chain = np.empty(REACH_BURIED, np.int32)
+    chain = np.empty(REACH_BURIED, np.int64)
     excess = np.zeros(n, np.int32)
     stirred = np.zeros(n, np.int64)  # clock of the last accepted move next to a sample,
     tried = np.full(n, -1, np.int64)  # and of the last attempt to mend it,
@@ -461,8 +461,8 @@ def repair(points, spacing, nodes, links, gate, m, sides, pole, anti, rounds):
                         gate,
                         m,
                         sides,
-                        seed,
-                        REACH_BURIED,
+                        np.int64(seed),
+                        np.int64(REACH_BURIED),
                         HOPELESS_BURIED,
                         -1.0,
                         state,
@@ -502,8 +502,8 @@ def repair(points, spacing, nodes, links, gate, m, sides, pole, anti, rounds):
                             gate,
                             m,
                             sides,
-                            star[i],
-                            REACH_PINCH,
+                            np.int64(star[i]),
+                            np.int64(REACH_PINCH),
                             HOPELESS,
                             -1.0,
                             state,
@@ -541,8 +541,8 @@ def repair(points, spacing, nodes, links, gate, m, sides, pole, anti, rounds):
                     gate,
                     m,
                     sides,
-                    np.int32(x),
-                    REACH_HANDLE,
+                    np.int64(x),
+                    np.int64(REACH_HANDLE),
                     HOPELESS,
                     -1.0,
                     state,
@@ -581,8 +581,8 @@ def repair(points, spacing, nodes, links, gate, m, sides, pole, anti, rounds):
                     gate,
                     m,
                     sides,
-                    y,
-                    REACH_BURIED,
+                    np.int64(y),
+                    np.int64(REACH_BURIED),
                     HOPELESS_BURIED,
                     1.0,
                     state,
