@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .boundary import Boundary, boundary_at
+from .choice import Choice, choices
 from .contracts import InvalidInput, require
 from .intervals import Family
 from .persistence import Pairs, Voids
@@ -171,6 +172,28 @@ class AlphaComplex:
     def voids(self) -> Voids:
         """Give the voids of all K_alpha: births, deaths, where they are and what they were split from."""
         return self._pairs.voids()
+
+    def choices(self) -> tuple[Choice, ...]:
+        """Choose alpha: the recommended value first, then the alternatives, each with its reason.
+
+        Recommended is the void that lasts longest, where its death is at least 4 times its birth, both taken from the
+        alpha at which the first point appears (so twice the radius, for weights of zero): then there is an inside, and
+        alpha is where the Betti numbers stay longest within the life of that void. Else it is the least alpha at which
+        every point is a corner of a cell, in one piece. The other candidates: the longest range of one topology, the
+        least alpha in one piece.
+
+        Returns
+        -------
+        tuple of Choice
+            Each with `alpha`, `criterion`, `why`, and the range `start` to `stop` in which the reason holds.
+
+        Examples
+        --------
+        >>> ring = [[x, y] for x in range(5) for y in range(5) if x in (0, 4) or y in (0, 4)]
+        >>> [(choice.criterion, choice.start, choice.stop) for choice in alpha_complex(ring).choices()[:2]]
+        [('void', 0.25, 4.0), ('solid', 2.5, inf)]
+        """
+        return choices(self)
 
     # --- for other programs
 

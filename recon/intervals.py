@@ -213,7 +213,7 @@ class Family:
         lower, upper, code = (values[there] for values in bounds)
         rows = np.flatnonzero(there).astype(np.int32)[:, None]
         starts = np.concatenate([[0], np.cumsum(there)])
-        return Level(rows, starts, -weights[there], lower, upper, code)
+        return Level(rows, starts, 0.0 - weights[there], lower, upper, code)
 
     def _arrays(
         self, count: int, width: int, reals: int
@@ -246,10 +246,10 @@ def scale(points: NDArray[np.float64], weights: NDArray[np.float64]) -> tuple[ND
     scaled = np.zeros((n, 4))
     scaled[:, :d], scaled[:, 3] = points, weights
     if exponent:
-        scaled[:, :d] = np.ldexp(points, -exponent)
-        scaled[:, 3] = np.ldexp(weights, -2 * exponent)
-        back = np.ldexp(scaled[:, :d], exponent), np.ldexp(scaled[:, 3], 2 * exponent)
-        if not ((back[0] == points).all() and (back[1] == weights).all()):  # something underflowed
+        with np.errstate(over="ignore", under="ignore"):
+            scaled[:, :d], scaled[:, 3] = np.ldexp(points, -exponent), np.ldexp(weights, -2 * exponent)
+            back = np.ldexp(scaled[:, :d], exponent), np.ldexp(scaled[:, 3], 2 * exponent)
+        if not ((back[0] == points).all() and (back[1] == weights).all()):  # beyond the range of float64
             scaled[:, :d], scaled[:, 3], exponent, integral = points, weights, 0, False
     return scaled, exponent, integral
 

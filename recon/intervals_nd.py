@@ -34,7 +34,7 @@ def levels(triangulation: RegularTriangulation, level: type[Level]) -> dict[int,
         rows[k - 1], inverse = np.unique(all_faces, axis=0, return_inverse=True)
         faces[k] = inverse.reshape(-1, k + 1)
 
-    rho = {0: -weights[rows[0][:, 0]]}
+    rho = {0: 0.0 - weights[rows[0][:, 0]]}
     conflict = {}
     for k in range(1, d + 1):
         raw, signs = measure(points, weights, rows[k])

@@ -1,8 +1,8 @@
 """When components, tunnels and voids of K_alpha come and go, for all alpha at once.
 
 Components by union-find over edges, voids by union-find over cells through the facets that are not yet in (Delfinado
-and Edelsbrunner 1995); the holes in between by reducing boundary matrices over GF(2), without the columns known to begin
-a class (Chen and Kerber 2011). A feature is there for birth <= alpha < death.
+and Edelsbrunner 1995). The holes in between by reducing boundary matrices over GF(2), without the columns that are
+known to begin a class (Chen and Kerber 2011). A feature is there for birth <= alpha < death.
 """
 
 from __future__ import annotations

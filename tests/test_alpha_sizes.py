@@ -85,8 +85,17 @@ def wide_integers(rng):
     return np.array([[0, 0, 0], [a, 0, 0], [0, b, 0], [a, b, float(rng.integers(0, 5))]]), np.zeros(4)
 
 
+def centre_on_a_face(rng):
+    """Weights that put the orthocentre on a face, but for rounding: some coordinate is about zero."""
+    points = rng.normal(size=(4, 3))
+    shares = rng.random(4) * (rng.permutation(4) < rng.integers(1, 4))
+    centre = shares / shares.sum() @ points
+    return points, ((points - centre) ** 2).sum(axis=1) - rng.random()
+
+
 @pytest.mark.parametrize(
-    "kind", [lattice, ordinary, wild, ulps, far_decimals, nearly_flat, needle, cospherical, wide_integers]
+    "kind",
+    [lattice, ordinary, wild, ulps, far_decimals, nearly_flat, needle, cospherical, wide_integers, centre_on_a_face],
 )
 def test_signs_are_certain_and_sizes_close_and_monotone(kind):
     rng = np.random.default_rng(1)
@@ -117,7 +126,7 @@ def test_signs_are_certain_and_sizes_close_and_monotone(kind):
                         # To the last bit, unless a third face is closer than rounding.
                         assert sizes[face] == (pytest.approx(size, rel=1e-15) if kind is wide_integers else size)
     assert checked > 1000 or kind is cospherical
-    assert ties > 20 or kind in (ordinary, wild, ulps, far_decimals, nearly_flat, needle)
+    assert ties > 20 or kind in (ordinary, wild, ulps, far_decimals, nearly_flat, needle, centre_on_a_face)
 
 
 def test_the_order_of_vertices_does_not_matter():
@@ -145,7 +154,9 @@ def test_only_open_rows_are_touched():
     assert rho.tolist() == [7, 7] and code.tolist() == [1, 64]
 
 
-@pytest.mark.parametrize("kind", [lattice, ordinary, ulps, far_decimals, nearly_flat, needle, cospherical])
+@pytest.mark.parametrize(
+    "kind", [lattice, ordinary, ulps, far_decimals, nearly_flat, needle, cospherical, centre_on_a_face]
+)
 def test_double_doubles_say_what_they_know(kind):
     """What they call settled is so; and they settle all but little."""
     rng = np.random.default_rng(2)
@@ -169,7 +180,7 @@ def test_double_doubles_say_what_they_know(kind):
     assert settled > 0.4 * total > 0 or kind in (ulps, cospherical)
 
 
-@pytest.mark.parametrize("kind", [lattice, ordinary, wild, ulps, cospherical, wide_integers])
+@pytest.mark.parametrize("kind", [lattice, ordinary, wild, ulps, cospherical, wide_integers, centre_on_a_face])
 def test_integers_are_exact(kind):
     rng = np.random.default_rng(4)
     for _ in range(60):
