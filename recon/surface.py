@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from .contracts import DegenerateInput, InvalidInput, as_points
 from .mesh import Mesh
 from .regular import RegularTriangulation
+from .topology import topology
 
 Kind = Literal["auto", "closed", "open"]
 ROUNDS = 6  # of repair; it mostly ends after 3
@@ -41,6 +42,7 @@ class Surface:
     bridged : (f,) ndarray of bool
         Facets of positive size: no faces of W_0, they close its leaks.
     kind : {"closed", "open", "planar"}
+        What came out: "open" has a boundary.
     confidence : float
         0 (a toss-up) to 1, of the choice between closed and open; 1 where the caller made it.
     reason : str
@@ -257,9 +259,9 @@ class _Evidence:
         vertices = np.zeros(len(self.points), bool)
         vertices[self.cells.ravel()] = True
         buried = int((vertices & ~used).sum())
-        return Surface(
-            faces, self.leak[cell, corner], "open", confidence, reason, buried, int((excess > 0).sum()), passed
-        )
+        kind = "closed" if topology(faces).closed else "open"
+        bridged = self.leak[cell, corner]
+        return Surface(faces, bridged, kind, confidence, reason, buried, int((excess > 0).sum()), passed)
 
 
 def _planar(triangulation: RegularTriangulation, spacing: NDArray[np.float64]) -> Surface:

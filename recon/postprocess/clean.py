@@ -13,12 +13,11 @@ def split_pinches(mesh: Mesh) -> tuple[Mesh, int]:
     """Give each umbrella of faces a vertex of its own, so that no vertex or edge is pinched.
 
     Around an edge of more than two faces, each face is joined to the one that it shares a side of the surface with: the
-    next one that walks the edge the other way.
+    next one that walks the edge the other way. Two faces that walk their edge the same way are cut apart.
 
     Parameters
     ----------
     mesh : Mesh
-        Consistently oriented.
 
     Returns
     -------
@@ -47,21 +46,21 @@ def split_pinches(mesh: Mesh) -> tuple[Mesh, int]:
     count = np.diff(first, append=len(group))
     left, right = [], []
     pair = first[count == 2]
+    pair = pair[ahead[order[pair]] != ahead[order[pair + 1]]]  # two that walk it the same way are cut apart
     left.append(order[pair])
     right.append(order[pair + 1])
     for at, size in zip(first[count > 2], count[count > 2]):
         ring = order[at : at + size]
         for i in range(size):
             a, b = ring[i], ring[(i + 1) % size]
-            if ahead[a] and not ahead[b]:
+            if ahead[b] and not ahead[a]:  # what lies between is inside
                 left.append([a])
                 right.append([b])
     one, two = np.concatenate(left), np.concatenate(right)
     # half-edge h starts at corner h and ends at the next corner of its face
     after = np.arange(3 * f).reshape(f, 3)[:, [1, 2, 0]].ravel()
-    same = ahead[one] == ahead[two]
     corners = np.concatenate([one, after[one]])
-    matched = np.concatenate([np.where(same, two, after[two]), np.where(same, after[two], two)])
+    matched = np.concatenate([after[two], two])
     umbrella = connected_components(
         coo_array((np.ones(len(corners), np.int8), (corners, matched)), shape=(3 * f, 3 * f)), directed=False
     )[1]
