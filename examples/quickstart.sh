@@ -3,7 +3,10 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 venv=${VENV:-.venv}
-[ -x "$venv/bin/recon" ] || { "${PYTHON:-python3}" -m venv "$venv" && "$venv/bin/python" -m pip install --quiet .; }
+if [ ! -x "$venv/bin/recon" ]; then
+    "${PYTHON:-python3}" -m venv "$venv"
+    "$venv/bin/python" -m pip install --quiet .
+fi
 "$venv/bin/recon" sample trefoil cloud.ply -n 20000 --seed 0
 "$venv/bin/recon" reconstruct cloud.ply mesh.ply
 "$venv/bin/recon" measure mesh.ply trefoil
