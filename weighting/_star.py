@@ -35,8 +35,9 @@ def triangle_cover(aa, bb, cc):
 def stars(points, rows, index, distance, k, k_normal, spacing, widest, final, cover, certain):
     """Raise `cover` (m,) [L^2] at the corners of each row's star to what its triangles need; leave out gaps.
 
-    A triangle needing more than `widest` spacings is a gap. `certain[r]` tells that no neighbour beyond the k can change
-    the star; uncertain stars count only where `final`. `index`, `distance` are of the rows, `spacing` of all points.
+    A triangle needing more than `widest` spacings is a gap; spacing 0 asks for nothing. `certain[r]` tells that no
+    neighbour beyond the k can change the star; uncertain stars count only where `final`. `index`, `distance` are of the
+    rows, `spacing` of all points.
     Source: gift wrapping by the largest angle (Delaunay 1934), measured in space, ordered in the tangent plane.
     """
     u, v, h, s = np.empty(k), np.empty(k), np.empty(k), np.empty(k)
@@ -111,7 +112,7 @@ def stars(points, rows, index, distance, k, k_normal, spacing, widest, final, co
                 break
             turned += 1
         seen = 0.25  # squared radius of the circles that lie within the farthest neighbour
-        certain[r] = limit <= seen or (turned == 0 and largest <= seen)
+        certain[r] = limit == 0.0 or (turned == 0 and largest <= seen)
         if certain[r] or final:
             for j in range(sides):
                 need = max(need, needs[j])

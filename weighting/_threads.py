@@ -13,11 +13,16 @@ T = TypeVar("T")
 _SMALL = 4096  # rows that are not worth a thread
 
 
-def over_ranges(work: Callable[[int, int], T], n: int, threads: int | None) -> list[T]:
-    """Call work(start, stop) on as many equal ranges of n rows as there are threads; results in order of the ranges."""
+def workers(threads: int | None) -> int:
+    """Number of threads: all where none is asked for."""
     if threads is not None and threads < 1:
         raise InvalidInput(f"threads: expected at least 1, got {threads}")
-    parts = min(threads or os.cpu_count() or 1, 8, n // _SMALL + 1)
+    return threads or os.cpu_count() or 1
+
+
+def over_ranges(work: Callable[[int, int], T], n: int, threads: int | None) -> list[T]:
+    """Call work(start, stop) on as many equal ranges of n rows as there are threads; results in order of the ranges."""
+    parts = min(workers(threads), 8, n // _SMALL + 1)
     bounds = [n * i // parts for i in range(parts + 1)]
     if parts == 1:
         return [work(0, n)]

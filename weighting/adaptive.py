@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from recon.contracts import InvalidInput
 
-from .covering import NEAR, WIDEST, cover_sq
+from .covering import NEAR, WIDEST, coarse_spacing, cover_sq
 from .density import smooth_spacing
 from .grading import THETA, lowered, raised
 from .neighborhood import RING, Neighborhood, neighbors
@@ -64,5 +64,5 @@ def adaptive_weights(
         local[stray] = np.minimum(local, expected)[stray]
     if radius == "spacing":
         return lowered(hood, local**2, theta, k)[hood.inverse]
-    cover = cover_sq(hood, np.where(stray, 0.0, local), min(NEAR, hood.k), WIDEST, threads)
+    cover = cover_sq(hood, np.where(stray, 0.0, coarse_spacing(hood)), min(NEAR, hood.k), WIDEST, threads)
     return raised(hood, MARGIN * cover, theta, k)[hood.inverse]

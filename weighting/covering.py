@@ -65,7 +65,12 @@ def covering(
     hood = neighbors(points, k, threads=threads)
     if hood.k == 0:
         return np.zeros(len(hood.inverse))
-    return np.sqrt(cover_sq(hood, smooth_spacing(hood), min(k, hood.k), widest, threads))[hood.inverse]
+    return np.sqrt(cover_sq(hood, coarse_spacing(hood, k), min(k, hood.k), widest, threads))[hood.inverse]
+
+
+def coarse_spacing(hood: Neighborhood, k: int = NEAR) -> NDArray[np.float64]:
+    """Spacing of distinct points by the 8th or by the k-th neighbour: on scan lines the 8th may not reach the next line."""
+    return np.maximum(smooth_spacing(hood), smooth_spacing(hood, k))
 
 
 def cover_sq(

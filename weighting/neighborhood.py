@@ -11,6 +11,7 @@ from scipy.spatial import cKDTree
 from recon.contracts import InvalidInput, as_points
 
 from ._kernels import curve_keys
+from ._threads import workers
 
 RING = 8  # neighbours: one ring around a sample of a surface
 
@@ -56,7 +57,7 @@ class Neighborhood:
         if k == 0:
             return np.empty((len(rows), 0), np.int32), np.empty((len(rows), 0))
         others = np.arange(2, k + 2)  # the nearest is the point itself
-        distance, index = self.tree.query(self.tree.data[rows], others, workers=-1 if threads is None else threads)
+        distance, index = self.tree.query(self.tree.data[rows], others, workers=workers(threads))
         if distance[:, 0].min() == 0.0:  # unless squares underflow
             distance, index = self.tree.query(self.tree.data[rows], k + 1)
             own = index == rows[:, None]

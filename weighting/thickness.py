@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ._threads import workers
 from .neighborhood import Neighborhood, neighbors
 from .shape import fit, pooled
 
@@ -66,7 +67,7 @@ def _touching(
     while len(active):
         p, n, r, within = hood.points[active], normal[active], radius[active], slack[active]
         center = (p + r[:, None] * n) * hood.scale
-        near = hood.tree.query(center, eps=PRECISION, workers=-1 if threads is None else threads)[1]
+        near = hood.tree.query(center, eps=PRECISION, workers=workers(threads))[1]
         away = hood.points[near] - p
         height = np.einsum("ij,ij->i", away, n) - within
         square = np.einsum("ij,ij->i", away, away) - within**2
