@@ -18,6 +18,8 @@ _PUBLIC = {
     "SINGULAR": "alpha",
     "REGULAR": "alpha",
     "INTERIOR": "alpha",
+    "space_filling_diagram": "spacefill",
+    "SpaceFillingDiagram": "spacefill",
     "alpha_shape": "surface",
     "measure": "metrics",
     "Metric": "metrics",
