@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from .contracts import DegenerateInput, InvalidInput, as_points
 from .mesh import Mesh
 from .regular import RegularTriangulation
-from .topology import topology
+from .topology import agreeing, patches, topology
 
 Kind = Literal["auto", "closed", "open"]
 ROUNDS = 6  # of repair; it mostly ends after 3
@@ -126,7 +126,8 @@ def alpha_shape(points: ArrayLike, radius: float) -> Mesh:
     Returns
     -------
     Mesh
-        Regular facets outward, and singular facets (exposed from both sides, no interior) as they come.
+        Regular facets outward. Singular facets (exposed from both sides, no interior) agree with their neighbours, and
+        outward where they close.
 
     Raises
     ------
@@ -143,7 +144,19 @@ def alpha_shape(points: ArrayLike, radius: float) -> Mesh:
     located = as_points(points, 3)
     if not radius >= 0:
         raise InvalidInput(f"radius: expected a non-negative length, got {radius}")
-    return compact_mesh(located, alpha_complex(located).boundary(float(radius) ** 2).facets)
+    boundary = alpha_complex(located).boundary(float(radius) ** 2)
+    faces = boundary.facets.astype(np.int64)
+    faces[boundary.singular] = _turned(located, faces[boundary.singular])
+    return compact_mesh(located, faces)
+
+
+def _turned(points: NDArray[np.float64], faces: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Faces turned to agree with their neighbours, patches of positive volume."""
+    faces = agreeing(faces)
+    patch = patches(faces)
+    a, b, c = np.moveaxis((points - points.mean(axis=0))[faces], 1, 0)
+    volume = np.bincount(patch, np.einsum("ij,ij->i", a, np.cross(b, c)))
+    return np.where(volume[patch][:, None] < 0, faces[:, ::-1], faces)
 
 
 def compact_mesh(points: NDArray[np.float64], faces: NDArray, attributes: dict[str, NDArray] | None = None) -> Mesh:

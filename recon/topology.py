@@ -162,6 +162,38 @@ def patches(faces: ArrayLike) -> NDArray[np.int64]:
     return result
 
 
+def agreeing(faces: ArrayLike) -> NDArray[np.int64]:
+    """Turn faces so that all of a patch agree with its first face, wherever the patch is orientable.
+
+    Parameters
+    ----------
+    faces : (f, 3) array_like of int
+        None degenerate.
+
+    Returns
+    -------
+    (f, 3) ndarray of int64
+        Patches that cannot be oriented stay as they are.
+
+    Examples
+    --------
+    >>> agreeing([[0, 1, 2], [1, 2, 3], [3, 2, 4]]).tolist()
+    [[0, 1, 2], [1, 3, 2], [3, 4, 2]]
+    """
+    triangles = _as_triangles(faces)
+    f = len(triangles)
+    n, compact = _compact(triangles)
+    edges = _Edges(compact, n)
+    _, label = _double_cover(f, edges.pairs(), edges.forward)
+    two_sided = label[:f] != label[f:]
+    lowest = np.minimum(label[:f], label[f:])
+    _, first = np.unique(lowest, return_index=True)
+    sheet = np.zeros(2 * f, np.int64)
+    sheet[lowest[first]] = label[first]
+    turned = two_sided & (label[:f] != sheet[lowest])
+    return np.where(turned[:, None], triangles[:, [0, 2, 1]], triangles)
+
+
 def _as_triangles(faces: ArrayLike) -> NDArray[np.int64]:
     """Give faces as (f, 3) int64, or say what they are."""
     triangles = np.asarray(faces)
@@ -231,12 +263,18 @@ def _count_components(n: int, a: NDArray[np.int64], b: NDArray[np.int64]) -> int
 
 def _orientable(f: int, pairs: tuple[NDArray[np.int64], NDArray[np.int64]], forward: NDArray[np.bool_]) -> bool:
     """No face is joined to its own reverse in the double cover."""
+    _, label = _double_cover(f, pairs, forward)
+    return bool((label[:f] != label[f:]).all())
+
+
+def _double_cover(
+    f: int, pairs: tuple[NDArray[np.int64], NDArray[np.int64]], forward: NDArray[np.bool_]
+) -> tuple[int, NDArray[np.int32]]:
+    """Components of faces (0 .. f-1) and their reverses (f .. 2f-1), joined across edges of two faces where they agree."""
     a, b = pairs
     agree = forward[a] != forward[b]
     a, b = a // 3, b // 3
-    links = (np.r_[a, a + f], np.r_[np.where(agree, b, b + f), np.where(agree, b + f, b)])
-    _, label = _labels(2 * f, *links)
-    return bool((label[:f] != label[f:]).all())
+    return _labels(2 * f, np.r_[a, a + f], np.r_[np.where(agree, b, b + f), np.where(agree, b + f, b)])
 
 
 def _umbrellas(triangles: NDArray[np.int64], n: int, edges: _Edges) -> tuple[NDArray[np.int32], NDArray[np.int64]]:

@@ -247,9 +247,7 @@ def seeds(folder):
     )  # fmt: skip
     made["b.pcd"] = PCD.format(3, "binary").encode() + FLOATS
     made["a.pcd"] = PCD.format(3, "ascii").encode() + b"1 2 3\n4 5 nan\n7 8 9\n"
-    made["c.pcd"] = (
-        PCD.format(2, "binary_compressed").encode() + b"\x08\0\0\0\x18\0\0\0\x03\0\0\x80\x3f\xe0\x0b\x03"
-    )
+    made["c.pcd"] = PCD.format(2, "binary_compressed").encode() + b"\x08\0\0\0\x18\0\0\0\x03\0\0\x80\x3f\xe0\x0b\x03"
     made["o.obj"] = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nvn 0 0 1\nvn 0 0 1\nf 1//1 2//2 3//3\nf -1/1/1 -2 -3/\\\n\n"
     made["p.pts"] = b"3\n1 2 3 100 1 2 3\n4 5 6 -20 3 4 5\n1 1 1 2 3 4 255\n"
     made["h.csv"] = b'"X";"Y";"Z (m)";name 2\n1,5;2,5;3,5;4\n1;2;3;4\n'

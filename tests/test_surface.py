@@ -96,7 +96,8 @@ def test_1500_points_of_a_sphere_have_2996_triangles_at_radius_a_half():
     x = np.random.default_rng(0).normal(size=(1500, 3))
     mesh = recon.alpha_shape(x / np.linalg.norm(x, axis=1)[:, None], 0.5)
     t = topology(mesh.faces)  # a ball of that radius fits inside too: a shell of singular facets
-    assert (len(mesh.faces), t.euler, t.manifold, t.closed) == (2996, 2, True, True)
+    assert (len(mesh.faces), t.euler, t.manifold, t.closed, t.oriented) == (2996, 2, True, True, True)
+    assert signed_volume(mesh) == pytest.approx(4 / 3 * np.pi, rel=0.02)
     solid = topology(recon.alpha_shape(x / np.linalg.norm(x, axis=1)[:, None], 1.5).faces)
     assert (solid.faces, solid.euler, solid.manifold, solid.oriented) == (2996, 2, True, True)
 
