@@ -63,8 +63,6 @@ def covering(
     0.5
     """
     hood = neighbors(points, k, threads=threads)
-    if hood.k == 0:
-        return np.zeros(len(hood.inverse))
     return np.sqrt(cover_sq(hood, coarse_spacing(hood, k), min(k, hood.k), widest, threads))[hood.inverse]
 
 
@@ -81,6 +79,8 @@ def cover_sq(
     rows = np.arange(m)
     if dimension not in (2, 3):
         raise InvalidInput(f"points: the covering radius needs d = 2 or 3, got {dimension}")
+    if k == 0:
+        return np.zeros(m)
     if dimension == 2:
         cover = np.zeros(m)
         gaps(hood.points, rows, hood.index, hood.distance, k, local, widest, cover)
