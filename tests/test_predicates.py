@@ -154,9 +154,9 @@ def test_no_stage_ever_claims_a_wrong_sign(family):
         for truth, arguments, stage_a, stage_b in cases:
             assert stage_a(*arguments) in (0, truth), (stage_a, arguments.tolist())
             assert stage_b(*arguments) in (UNDECIDED, truth), (stage_b, arguments.tolist())
-        assert determinant_sign(x[1:4], x[0], np.zeros(3), 0.0, 3, False) == orient_exact(x[:4])
-        assert determinant_sign(x[:4], x[4], w[:4], w[4], 4, True) == power_exact(x, w, 3)
-        assert -determinant_sign(x[:3], x[3], w[:3], w[3], 3, True) == power_exact(x[:4], w[:4], 2)
+        assert determinant_sign(xw[[1, 2, 3, 0]].ravel(), 3, False) == orient_exact(x[:4])
+        assert determinant_sign(xw.ravel(), 4, True) == power_exact(x, w, 3)
+        assert -determinant_sign(xw[:4].ravel(), 3, True) == power_exact(x[:4], w[:4], 2)
 
 
 def test_double_double_recognises_zero_on_grids():

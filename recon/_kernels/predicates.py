@@ -10,17 +10,20 @@ Sign convention (paper, appendix B): `orient` is the sign of the determinant of 
 positive cell is the sign of pi(e, y): negative means that e conflicts with the orthosphere of the cell. Differences are
 taken from e, so the height |p|**2 - w is never formed, and never rounded.
 
-Error bound of stage A. Let u = 2**-53, let mx, my, mz bound the computed differences, mh = mx**2 + my**2 + mz**2 + mw
-the terms of the heights. Each of the 3! or 4! products of the determinant is at most P = mx my mz (mh), and at most k
-rounded operations stand above any of its factors together: for orient3d 3 differences, 2 + 3 for the Laplace levels,
-k = 8; for power3d 3 differences, 6 for the height, 2 + 3 + 4 for the levels, k = 18; for orient2d 2 + 2, k = 4; for
-power2d 2 + 6 + 2 + 3, k = 13. The error is at most (number of products) k u (1 + tiny) P, and the constants below exceed
-that by a few per cent for the rounding of the bound itself. A product that underflows adds at most 2**-1075, multiplied on
-its way up by no more than 200 (1 + mx) (1 + my) (1 + mz) (1 + mh): the term with _TINY = 2**-1000 is more than that. What
-overflows makes the determinant infinite or NaN, which never passes.
+Error bound of stage A. Let u = 2**-53, let r2 bound the squared length of the computed differences and m their
+coordinates, and H = r2 + max |w_p - w_e| the terms of the heights. Each of the d! or (d+1)! products of the determinant is
+at most P = m**d or r2**(d/2) H, and at most k rounded operations stand above all of its factors together: for orient2d
+2 differences and 2 for the minor, k = 4; orient3d 3 differences, 2 + 3 for the Laplace levels, k = 8; power1d 1 + 6 for
+the height + 2, k = 9; power2d 2 + 6 + 2 + 3, k = 13; power3d 3 + 6, 2 + 3 + 4, k = 18. So the error is at most (number of products) k u P, and a
+tenth more covers the second order and the rounding of the bound itself. A product that underflows adds at most 2**-1075,
+multiplied on its way up by less than 2**12 (1 + m)**d (1 + H): multiplying out (C r2**(d/2) + t) (H + t) with t = 2**-500
+gives more than that, also where r2 itself has underflowed. What overflows makes the determinant infinite or NaN, which
+never passes.
 """
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 
@@ -31,9 +34,10 @@ from .predicates_dd import UNDECIDED, max3, max4, orient2d_dd, orient3d_dd, powe
 _U = 2.0**-53
 _ORIENT2D = 2 * 4 * 1.1 * _U
 _ORIENT3D = 6 * 8 * 1.1 * _U
+_POWER1D = 2 * 9 * 1.1 * _U
 _POWER2D = 6 * 13 * 1.1 * _U
 _POWER3D = 24 * 18 * 1.1 * _U
-_TINY = 2.0**-1000
+_SMALL = 2.0**-500
 LAST = 1 << 62  # an index behind all others
 
 
@@ -50,8 +54,8 @@ def certain(determinant, bound):
 def orient2d_filter(ax, ay, bx, by, cx, cy):
     """Orientation of a triangle where floating point is certain of it, else 0."""
     px, py, qx, qy = bx - ax, by - ay, cx - ax, cy - ay
-    mx, my = max(abs(px), abs(qx)), max(abs(py), abs(qy))
-    return certain(px * qy - py * qx, _ORIENT2D * (mx * my) + _TINY * ((1.0 + mx) * (1.0 + my)))
+    m = max4(px, py, qx, qy)
+    return certain(px * qy - py * qx, (_ORIENT2D * m + _SMALL) * (m + _SMALL))
 
 
 @kernel(inline="always")
@@ -61,8 +65,8 @@ def orient3d_filter(ax, ay, az, bx, by, bz, cx, cy, cz, dx, dy, dz):
     qx, qy, qz = cx - ax, cy - ay, cz - az
     rx, ry, rz = dx - ax, dy - ay, dz - az
     determinant = (px * qy - py * qx) * rz + (py * qz - pz * qy) * rx + (pz * qx - px * qz) * ry
-    mx, my, mz = max3(px, qx, rx), max3(py, qy, ry), max3(pz, qz, rz)
-    return certain(determinant, _ORIENT3D * ((mx * my) * mz) + _TINY * (((1.0 + mx) * (1.0 + my)) * (1.0 + mz)))
+    m = max(max(max3(px, qx, rx), max3(py, qy, ry)), max3(pz, qz, rz))
+    return certain(determinant, (_ORIENT3D * (m * m) + _SMALL) * (m + _SMALL))
 
 
 @kernel(inline="always")
@@ -71,13 +75,13 @@ def power2d_filter(ax, ay, az, aw, bx, by, bz, bw, cx, cy, cz, cw, ex, ey, ez, e
     ax, ay, az, aw = ax - ex, ay - ey, az - ez, aw - ew
     bx, by, bz, bw = bx - ex, by - ey, bz - ez, bw - ew
     cx, cy, cz, cw = cx - ex, cy - ey, cz - ez, cw - ew
-    ah = ax * ax + ay * ay + az * az - aw
-    bh = bx * bx + by * by + bz * bz - bw
-    ch = cx * cx + cy * cy + cz * cz - cw
-    determinant = (ay * bx - ax * by) * ch + (by * cx - bx * cy) * ah + (cy * ax - cx * ay) * bh
-    mx, my, mz = max3(ax, bx, cx), max3(ay, by, cy), max3(az, bz, cz)
-    mh = mx * mx + my * my + mz * mz + max3(aw, bw, cw)
-    return certain(determinant, _POWER2D * ((mx * my) * mh) + _TINY * (((1.0 + mx) * (1.0 + my)) * (1.0 + mh)))
+    ar = ax * ax + ay * ay + az * az
+    br = bx * bx + by * by + bz * bz
+    cr = cx * cx + cy * cy + cz * cz
+    ab, bc, ca = ay * bx - ax * by, by * cx - bx * cy, cy * ax - cx * ay
+    determinant = ab * (cr - cw) + bc * (ar - aw) + ca * (br - bw)
+    r2 = max3(ar, br, cr)
+    return certain(determinant, (_POWER2D * r2 + _SMALL) * (r2 + max3(aw, bw, cw) + _SMALL))
 
 
 @kernel(inline="always")
@@ -87,21 +91,17 @@ def power3d_filter(ax, ay, az, aw, bx, by, bz, bw, cx, cy, cz, cw, dx, dy, dz, d
     bx, by, bz, bw = bx - ex, by - ey, bz - ez, bw - ew
     cx, cy, cz, cw = cx - ex, cy - ey, cz - ez, cw - ew
     dx, dy, dz, dw = dx - ex, dy - ey, dz - ez, dw - ew
-    ah = ax * ax + ay * ay + az * az - aw
-    bh = bx * bx + by * by + bz * bz - bw
-    ch = cx * cx + cy * cy + cz * cz - cw
-    dh = dx * dx + dy * dy + dz * dz - dw
+    ar = ax * ax + ay * ay + az * az
+    br = bx * bx + by * by + bz * bz
+    cr = cx * cx + cy * cy + cz * cz
+    dr = dx * dx + dy * dy + dz * dz
     ab, bc, cd = ax * by - ay * bx, bx * cy - by * cx, cx * dy - cy * dx
     da, ac, bd = dx * ay - dy * ax, ax * cy - ay * cx, bx * dy - by * dx
     abc, bcd = az * bc - bz * ac + cz * ab, bz * cd - cz * bd + dz * bc
     cda, dab = cz * da + dz * ac + az * cd, dz * ab + az * bd + bz * da
-    determinant = (abc * dh - bcd * ah) + (cda * bh - dab * ch)
-    mx, my, mz = max4(ax, bx, cx, dx), max4(ay, by, cy, dy), max4(az, bz, cz, dz)
-    mh = mx * mx + my * my + mz * mz + max4(aw, bw, cw, dw)
-    return certain(
-        determinant,
-        _POWER3D * ((mx * my) * (mz * mh)) + _TINY * (((1.0 + mx) * (1.0 + my)) * ((1.0 + mz) * (1.0 + mh))),
-    )
+    determinant = (abc * (dr - dw) - bcd * (ar - aw)) + (cda * (br - bw) - dab * (cr - cw))
+    r2 = max(max(ar, br), max(cr, dr))
+    return certain(determinant, (_POWER3D * (r2 * math.sqrt(r2)) + _SMALL) * (r2 + max4(aw, bw, cw, dw) + _SMALL))
 
 
 # --- all stages ------------------------------------------------------------------------------------------------------
@@ -116,8 +116,7 @@ def orient2d(ax, ay, bx, by, cx, cy):
     s = orient2d_dd(ax, ay, bx, by, cx, cy)
     if s != UNDECIDED:
         return s
-    rows = np.array([[bx, by], [cx, cy]])
-    return determinant_sign(rows, np.array([ax, ay]), np.zeros(2), 0.0, 2, False)
+    return determinant_sign(np.array((bx, by, 0.0, 0.0, cx, cy, 0.0, 0.0, ax, ay, 0.0, 0.0)), 2, False)
 
 
 @kernel
@@ -129,15 +128,22 @@ def orient3d(ax, ay, az, bx, by, bz, cx, cy, cz, dx, dy, dz):
     s = orient3d_dd(ax, ay, az, bx, by, bz, cx, cy, cz, dx, dy, dz)
     if s != UNDECIDED:
         return s
-    rows = np.array([[bx, by, bz], [cx, cy, cz], [dx, dy, dz]])
-    return determinant_sign(rows, np.array([ax, ay, az]), np.zeros(3), 0.0, 3, False)
+    rows = np.array((bx, by, bz, 0.0, cx, cy, cz, 0.0, dx, dy, dz, 0.0, ax, ay, az, 0.0))
+    return determinant_sign(rows, 3, False)
 
 
 @kernel
 def power1d(ax, ay, az, aw, bx, by, bz, bw, ex, ey, ez, ew):
-    """Sign of M(a, b, e), by integers alone: x is the axis, y and z count in the heights."""
-    rows = np.array([[ax, ay, az], [bx, by, bz]])
-    return determinant_sign(rows, np.array([ex, ey, ez]), np.array([aw, bw]), ew, 2, True)
+    """Sign of M(a, b, e): negative where e conflicts with a segment in ascending x; y and z count in the heights only."""
+    px, py, pz, pw = ax - ex, ay - ey, az - ez, aw - ew
+    qx, qy, qz, qw = bx - ex, by - ey, bz - ez, bw - ew
+    pr, qr = px * px + py * py + pz * pz, qx * qx + qy * qy + qz * qz
+    r2 = max(pr, qr)
+    bound = (_POWER1D * math.sqrt(r2) + _SMALL) * (r2 + max(abs(pw), abs(qw)) + _SMALL)
+    s = certain(px * (qr - qw) - qx * (pr - pw), bound)
+    if s != 0:
+        return s
+    return determinant_sign(np.array((ax, ay, az, aw, bx, by, bz, bw, ex, ey, ez, ew)), 2, True)
 
 
 @kernel
@@ -152,8 +158,8 @@ def power2d(ax, ay, az, aw, bx, by, bz, bw, cx, cy, cz, cw, ex, ey, ez, ew):
     s = power2d_dd(ax, ay, az, aw, bx, by, bz, bw, cx, cy, cz, cw, ex, ey, ez, ew)
     if s != UNDECIDED:
         return s
-    rows = np.array([[ax, ay, az], [bx, by, bz], [cx, cy, cz]])
-    return -determinant_sign(rows, np.array([ex, ey, ez]), np.array([aw, bw, cw]), ew, 3, True)
+    rows = np.array((ax, ay, az, aw, bx, by, bz, bw, cx, cy, cz, cw, ex, ey, ez, ew))
+    return -determinant_sign(rows, 3, True)
 
 
 @kernel
@@ -165,8 +171,8 @@ def power3d(ax, ay, az, aw, bx, by, bz, bw, cx, cy, cz, cw, dx, dy, dz, dw, ex, 
     s = power3d_dd(ax, ay, az, aw, bx, by, bz, bw, cx, cy, cz, cw, dx, dy, dz, dw, ex, ey, ez, ew)
     if s != UNDECIDED:
         return s
-    rows = np.array([[ax, ay, az], [bx, by, bz], [cx, cy, cz], [dx, dy, dz]])
-    return determinant_sign(rows, np.array([ex, ey, ez]), np.array([aw, bw, cw, dw]), ew, 4, True)
+    rows = np.array((ax, ay, az, aw, bx, by, bz, bw, cx, cy, cz, cw, dx, dy, dz, dw, ex, ey, ez, ew))
+    return determinant_sign(rows, 4, True)
 
 
 # --- ties: heights h_i - eps_i with eps_0 >> eps_1 >> ..., by point index ---------------------------------------------

@@ -9,21 +9,20 @@ from __future__ import annotations
 import numpy as np
 
 from .compile import kernel
-from .complex import DONE, FREE, FREE_COUNT, HINT, MORE_CAVITY, MORE_CELLS, NEXT, NONE, STAMP, USED
+from .complex import CELL, DONE, FREE, FREE_COUNT, HINT, MORE_CAVITY, MORE_CELLS, NEXT, NONE, USED, VERTEX
 from .predicates import orient2d, orient2d_filter, power2d_filter, power2d_perturbed
 
 
 @kernel
-def insert2d(points, index, sequence, vertices, neighbors, mark, cavity, border, state):
+def insert2d(points, index, sequence, words, cavity, border, starting, state):
     """Insert sequence[state.next:] into a triangulation; a full buffer returns what to grow, and the call is repeated.
 
-    points: x, y, z, w of each vertex, flat, the infinite vertex last. index: the perturbation rank of each vertex.
-    vertices, neighbors: three a cell, flat; a neighbour is the facet, 4 * cell + slot, seen from the other side.
+    points: x, y, z, w of each vertex, flat, the infinite vertex last. index: the input row of each, which breaks ties.
+    words: see `complex`. cavity, border: room for one insertion. starting: one word a vertex.
     """
     infinite = np.uint32(index.size)
-    hint, free, free_count = state[HINT], state[FREE], state[FREE_COUNT]
-    used, stamp = state[USED], state[STAMP]
-    capacity, cavity_capacity = mark.size, cavity.size
+    hint, free, free_count = np.uint32(state[HINT]), np.uint32(state[FREE]), state[FREE_COUNT]
+    used = state[USED]
     status = DONE
     step = state[NEXT]
     while step < sequence.size:
@@ -31,156 +30,159 @@ def insert2d(points, index, sequence, vertices, neighbors, mark, cavity, border,
         ex, ey, ez, ew = points[4 * e], points[4 * e + 1], points[4 * e + 2], points[4 * e + 3]
 
         # Walk to a cell that holds e, or to a ghost that e sees: every step strictly lowers the power of e, so it ends.
-        c = hint
+        cell = hint
         for slot in range(3):
-            if vertices[3 * c + slot] == infinite:
-                c = np.int64(neighbors[3 * c + slot] >> 2)
+            if words[cell + slot] == infinite:
+                cell = words[cell + 4 + slot] & CELL
                 break
         entry = 3
         while True:
+            va, vb, vc = words[cell], words[cell + 1], words[cell + 2]
+            ax, ay = points[4 * va], points[4 * va + 1]
+            bx, by = points[4 * vb], points[4 * vb + 1]
+            cx, cy = points[4 * vc], points[4 * vc + 1]
             leave = 3
             for slot in range(3):
                 if slot == entry:
                     continue
-                vb, vc = vertices[3 * c + (slot + 1) % 3], vertices[3 * c + (slot + 2) % 3]
-                bx, by = points[4 * vb], points[4 * vb + 1]
-                cx, cy = points[4 * vc], points[4 * vc + 1]
-                s = orient2d_filter(ex, ey, bx, by, cx, cy)
+                if slot == 0:
+                    s = orient2d_filter(ex, ey, bx, by, cx, cy)
+                elif slot == 1:
+                    s = -orient2d_filter(ex, ey, ax, ay, cx, cy)
+                else:
+                    s = orient2d_filter(ex, ey, ax, ay, bx, by)
                 if s == 0:
-                    if vertices[3 * c] == infinite or vb == infinite or vc == infinite:
+                    if va == infinite or vb == infinite or vc == infinite:
                         break
-                    s = orient2d(ex, ey, bx, by, cx, cy)
+                    if slot == 0:
+                        s = orient2d(ex, ey, bx, by, cx, cy)
+                    elif slot == 1:
+                        s = orient2d(ax, ay, ex, ey, cx, cy)
+                    else:
+                        s = orient2d(ax, ay, bx, by, ex, ey)
                 if s < 0:
                     leave = slot
                     break
             if leave == 3:
                 break
-            facet = neighbors[3 * c + leave]
-            c = np.int64(facet >> 2)
+            facet = words[cell + 4 + leave]
+            cell = facet & CELL
             entry = np.int64(facet & 3)
 
-        # Cavity: all cells in conflict with e, spreading from the one found. Cells are tested once (mark).
-        stamp += 2
-        count, borders, looked = 0, 0, 0
-        d = np.uint32(c)
+        # Cavity: all cells in conflict with e, spreading from the one found.
+        count, borders, i, k = 0, 0, 0, -1
         facet = np.uint32(0)
+        outer = cell
+        first = words[cell]
         while True:
-            t = d
-            va, vb, vc = vertices[3 * t], vertices[3 * t + 1], vertices[3 * t + 2]
+            va, vb, vc = first, words[cell + 1], words[cell + 2]
             ax, ay, az, aw = points[4 * va], points[4 * va + 1], points[4 * va + 2], points[4 * va + 3]
             bx, by, bz, bw = points[4 * vb], points[4 * vb + 1], points[4 * vb + 2], points[4 * vb + 3]
             cx, cy, cz, cw = points[4 * vc], points[4 * vc + 1], points[4 * vc + 2], points[4 * vc + 3]
             s = power2d_filter(ax, ay, az, aw, bx, by, bz, bw, cx, cy, cz, cw, ex, ey, ez, ew)
             if s == 0:
-                behind = np.uint32(NONE)
+                behind = NONE
                 if va == infinite:
                     s = -orient2d(ex, ey, bx, by, cx, cy)
-                    behind = neighbors[3 * t]
+                    behind = words[cell + 4]
                 elif vb == infinite:
                     s = -orient2d(ax, ay, ex, ey, cx, cy)
-                    behind = neighbors[3 * t + 1]
+                    behind = words[cell + 5]
                 elif vc == infinite:
                     s = -orient2d(ax, ay, bx, by, ex, ey)
-                    behind = neighbors[3 * t + 2]
+                    behind = words[cell + 6]
                 if s == 0:
                     if behind != NONE:
-                        t = behind >> np.uint32(2)
-                        va, vb, vc = vertices[3 * t], vertices[3 * t + 1], vertices[3 * t + 2]
+                        cell = behind & CELL
+                        va, vb, vc = words[cell] & VERTEX, words[cell + 1], words[cell + 2]
                         ax, ay, az, aw = points[4 * va], points[4 * va + 1], points[4 * va + 2], points[4 * va + 3]
                         bx, by, bz, bw = points[4 * vb], points[4 * vb + 1], points[4 * vb + 2], points[4 * vb + 3]
                         cx, cy, cz, cw = points[4 * vc], points[4 * vc + 1], points[4 * vc + 2], points[4 * vc + 3]
-                    ia, ib, ic = index[va], index[vb], index[vc]
                     s = power2d_perturbed(
-                        ax, ay, az, aw, bx, by, bz, bw, cx, cy, cz, cw, ex, ey, ez, ew, ia, ib, ic, index[e]
-                    )
-            if s < 0:
-                mark[d] = stamp
-                cavity[count] = d
-                count += 1
-                if count == cavity_capacity:
-                    status = MORE_CAVITY
+                        ax, ay, az, aw, bx, by, bz, bw, cx, cy, cz, cw, ex, ey, ez, ew,
+                        index[va], index[vb], index[vc], index[e],
+                    )  # fmt: skip
+            is_free = 1 if s > 0 else 0
+            words[outer & CELL] = first | (np.uint32(2 - is_free) << np.uint32(30))
+            cavity[count] = outer
+            count += 1 - is_free
+            border[borders] = facet
+            borders += is_free
+            if count == cavity.size:
+                status = MORE_CAVITY
+                break
+            mark = np.uint32(1)
+            while mark != 0:  # the next facet of the cavity that leads to a cell not tested yet
+                k += 1
+                if k == 3:
+                    i, k = i + 1, 1
+                if i >= count:
                     break
-            else:
-                mark[d] = stamp + 1
+                slot = np.int64(cavity[i] & 3) + k
+                facet = (cavity[i] & CELL) + np.uint32(slot if slot < 3 else slot - 3)
+                outer = words[facet + 4]
+                cell = outer & CELL
+                first = words[cell]
+                mark = first >> np.uint32(30)
                 border[borders] = facet
-                borders += 1
-            unknown = False
-            while looked < 3 * count:
-                c_next = cavity[looked // 3]
-                slot = looked % 3
-                looked += 1
-                facet = 4 * c_next + np.uint32(slot)
-                d = neighbors[3 * c_next + np.uint32(slot)] >> np.uint32(2)
-                seen = mark[d]
-                if seen == stamp:
-                    continue
-                if seen == stamp + 1:
-                    border[borders] = facet
-                    borders += 1
-                    continue
-                unknown = True
+                borders += np.int64(mark & 1)
+            if i >= count:
                 break
-            if not unknown:
-                break
-        if status == DONE and used + borders - free_count > capacity:
+        if count == 0:  # e lies above the lower hull: hidden
+            words[outer & CELL] &= VERTEX
+            hint = cell
+            step += 1
+            continue
+        if status == DONE and used + borders - count - free_count > words.size // 8:
             status = MORE_CELLS
-        if status != DONE:
+        if status != DONE:  # leave no mark behind
+            for i in range(count):
+                words[cavity[i] & CELL] &= VERTEX
+            for i in range(borders):
+                words[words[border[i] + 4] & CELL] &= VERTEX
             break
         step += 1
-        if count == 0:
-            hint = c
-            continue  # e lies above the lower hull: hidden
 
-        # Star: one new cell for each border facet; they share its slots with the cell they replace.
+        # Star: e and a border facet make a new cell, in the place of an old one while there are any. So the facets are
+        # copied first: the neighbour outside, then the vertices, which e in front makes a positive cell.
+        for i in range(borders - 1, -1, -1):
+            facet = border[i]
+            slot = np.int64(facet & 3)
+            border[4 * i] = words[facet + 4]
+            border[4 * i + 1] = words[(facet & CELL) + (slot + 1 if slot < 2 else 0)] & VERTEX
+            border[4 * i + 2] = words[(facet & CELL) + (slot + 2 if slot < 1 else slot - 1)] & VERTEX
+        # They follow each other around e: `starting` has the one that starts at a vertex.
         for i in range(borders):
-            c = np.int64(border[i] >> 2)
-            slot = np.int64(border[i] & 3)
-            if free_count > 0:
-                new = free
-                free = np.int64(neighbors[3 * new])
+            outer, va, vb = border[4 * i], border[4 * i + 1], border[4 * i + 2]
+            if i < count:
+                place = cavity[i] & CELL
+            elif free_count > 0:
+                place = free
+                free = words[place + 4]
                 free_count -= 1
             else:
-                new = used
+                place = np.uint32(8 * used)
                 used += 1
-            vertices[3 * new] = vertices[3 * c]
-            vertices[3 * new + 1] = vertices[3 * c + 1]
-            vertices[3 * new + 2] = vertices[3 * c + 2]
-            vertices[3 * new + slot] = e
-            outer = neighbors[3 * c + slot]
-            neighbors[3 * new + slot] = outer
-            neighbors[3 * (outer >> 2) + (outer & 3)] = 4 * new + slot
-            hint = new
-        # Glue new cells to each other: from each border facet turn around each of its vertices, inside the cavity, to
-        # the other border facet at that vertex.
+            border[4 * i] = place
+            words[place] = e
+            words[place + 1] = va
+            words[place + 2] = vb
+            words[place + 4] = outer
+            words[outer + 4] = place
+            words[outer & CELL] &= VERTEX
+            starting[va] = place
         for i in range(borders):
-            c = np.int64(border[i] >> 2)
-            apex = np.int64(border[i] & 3)
-            outer = neighbors[3 * c + apex]
-            new = np.int64(neighbors[3 * (outer >> 2) + (outer & 3)] >> 2)
-            for slot in range(3):
-                if slot == apex:
-                    continue
-                u = vertices[3 * c + 3 - slot - apex]
-                cell, entry, leave = c, apex, slot
-                while True:
-                    outer = neighbors[3 * cell + leave]
-                    d = outer >> np.uint32(2)
-                    if mark[d] != stamp:
-                        break
-                    cell = np.int64(d)
-                    entry = np.int64(outer & 3)
-                    leave = (entry + 1) % 3
-                    if vertices[3 * cell + leave] == u:
-                        leave = (entry + 2) % 3
-                other = np.int64(neighbors[3 * (outer >> 2) + (outer & 3)] >> 2)
-                neighbors[3 * new + slot] = 4 * other + entry
-        for i in range(count):
-            d = cavity[i]
-            vertices[3 * d] = NONE
-            neighbors[3 * d] = free
-            free = np.int64(d)
-        free_count += count
+            place = border[4 * i]
+            following = starting[border[4 * i + 2]]
+            words[place + 5] = following + 2
+            words[following + 6] = place + 1
+        for i in range(borders, count):
+            place = cavity[i] & CELL
+            words[place] = NONE
+            words[place + 4] = free
+            free = place
+            free_count += 1
+        hint = border[4 * borders - 4]
 
-    state[NEXT], state[HINT], state[FREE], state[FREE_COUNT] = step, hint, free, free_count
-    state[USED], state[STAMP] = used, stamp
+    state[NEXT], state[HINT], state[FREE], state[FREE_COUNT], state[USED] = step, hint, free, free_count, used
     return status

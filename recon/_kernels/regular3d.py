@@ -1,12 +1,11 @@
 """Incremental regular triangulation in 3-D: walk, cavity, star (Bowyer 1981, Watson 1981), exact and perturbed.
 
-Cells are four vertices each, positively oriented; a facet is named by 4 * cell + the slot of the vertex opposite to it.
-The hull is closed by ghost cells, which have the infinite vertex (the last one, whose coordinates are NaN: no
-floating-point filter ever passes for a ghost, so they cost the fast path nothing).
+The infinite vertex has NaN for coordinates: no floating-point filter ever passes for a ghost cell, so ghosts cost the
+fast path nothing. A ghost conflicts with a point strictly outside its finite facet; a point coplanar with that facet is
+decided by the cell behind it. Together with the perturbation of the heights this makes the cavity the exact set of lower
+facets that the lifted point sees: star-shaped, so that no new cell is ever flat, whatever the input.
 
-A ghost conflicts with a point strictly outside its finite facet; a point coplanar with that facet is decided by the cell
-behind it. Together with the perturbation of the heights this makes the cavity the exact set of lower facets below the
-new point: star-shaped, so that no new cell is ever flat, whatever the input.
+Helpers get scalars only: an array passed to a function that is called for each cell would be reference-counted there.
 """
 
 from __future__ import annotations
@@ -14,21 +13,22 @@ from __future__ import annotations
 import numpy as np
 
 from .compile import kernel
-from .complex import DONE, FREE, FREE_COUNT, HINT, MORE_CAVITY, MORE_CELLS, NEXT, NONE, STAMP, USED
+from .complex import CELL, DONE, FREE, FREE_COUNT, HINT, MORE_CAVITY, MORE_CELLS, NEXT, NONE, STAMP, USED, VERTEX
 from .predicates import orient3d, orient3d_filter, power3d_filter, power3d_perturbed
+
+_HASH = np.uint64(0x9E3779B97F4A7C15)  # 2**64 over the golden ratio
 
 
 @kernel
-def insert3d(points, index, sequence, vertices, neighbors, mark, cavity, border, state):
+def insert3d(points, index, sequence, words, cavity, border, edge_key, edge_value, state):
     """Insert sequence[state.next:] into a triangulation; a full buffer returns what to grow, and the call is repeated.
 
-    points: x, y, z, w of each vertex, flat, the infinite vertex last. index: the perturbation rank of each vertex.
-    vertices, neighbors: four a cell, flat; a neighbour is the facet seen from the other side.
+    points: x, y, z, w of each vertex, flat, the infinite vertex last. index: the input row of each, which breaks ties.
+    words: see `complex`. cavity, border, edge_key, edge_value: room for one insertion (`triangulate.scratch`).
     """
     infinite = np.uint32(index.size)
-    hint, free, free_count = state[HINT], state[FREE], state[FREE_COUNT]
-    used, stamp = state[USED], state[STAMP]
-    capacity, cavity_capacity = mark.size, cavity.size
+    hint, free, free_count = np.uint32(state[HINT]), np.uint32(state[FREE]), state[FREE_COUNT]
+    used, stamp = state[USED], np.uint64(state[STAMP])
     status = DONE
     step = state[NEXT]
     while step < sequence.size:
@@ -36,14 +36,14 @@ def insert3d(points, index, sequence, vertices, neighbors, mark, cavity, border,
         ex, ey, ez, ew = points[4 * e], points[4 * e + 1], points[4 * e + 2], points[4 * e + 3]
 
         # Walk to a cell that holds e, or to a ghost that e sees: every step strictly lowers the power of e, so it ends.
-        c = hint
+        cell = hint
         for slot in range(4):
-            if vertices[4 * c + slot] == infinite:
-                c = np.int64(neighbors[4 * c + slot] >> 2)
+            if words[cell + slot] == infinite:
+                cell = words[cell + 4 + slot] & CELL
                 break
         entry = 4
         while True:
-            va, vb, vc, vd = vertices[4 * c], vertices[4 * c + 1], vertices[4 * c + 2], vertices[4 * c + 3]
+            va, vb, vc, vd = words[cell], words[cell + 1], words[cell + 2], words[cell + 3]
             ax, ay, az = points[4 * va], points[4 * va + 1], points[4 * va + 2]
             bx, by, bz = points[4 * vb], points[4 * vb + 1], points[4 * vb + 2]
             cx, cy, cz = points[4 * vc], points[4 * vc + 1], points[4 * vc + 2]
@@ -76,151 +76,149 @@ def insert3d(points, index, sequence, vertices, neighbors, mark, cavity, border,
                     break
             if leave == 4:
                 break
-            facet = neighbors[4 * c + leave]
-            c = np.int64(facet >> 2)
+            facet = words[cell + 4 + leave]
+            cell = facet & CELL
             entry = np.int64(facet & 3)
 
-        # Cavity: all cells in conflict with e, spreading from the one found. Cells are tested once (mark).
-        stamp += 2
-        count, borders, looked = 0, 0, 0
-        d = np.uint32(c)
+        # Cavity: all cells in conflict with e, spreading from the one found. `cavity` has the facets by which its cells
+        # were entered, `border` those that lead out of it, from inside. Each cell is tested once: the marks in its first
+        # vertex say 1 for "free of e", 2 for "in conflict". Both lists are appended to without a branch, which nobody
+        # could predict.
+        count, borders, i, k = 0, 0, 0, -1
         facet = np.uint32(0)
+        outer = cell
+        first = words[cell]
         while True:
-            t = d
-            va, vb, vc, vd = vertices[4 * t], vertices[4 * t + 1], vertices[4 * t + 2], vertices[4 * t + 3]
+            va, vb, vc, vd = first, words[cell + 1], words[cell + 2], words[cell + 3]
             ax, ay, az, aw = points[4 * va], points[4 * va + 1], points[4 * va + 2], points[4 * va + 3]
             bx, by, bz, bw = points[4 * vb], points[4 * vb + 1], points[4 * vb + 2], points[4 * vb + 3]
             cx, cy, cz, cw = points[4 * vc], points[4 * vc + 1], points[4 * vc + 2], points[4 * vc + 3]
             dx, dy, dz, dw = points[4 * vd], points[4 * vd + 1], points[4 * vd + 2], points[4 * vd + 3]
             s = power3d_filter(ax, ay, az, aw, bx, by, bz, bw, cx, cy, cz, cw, dx, dy, dz, dw, ex, ey, ez, ew)
             if s == 0:
-                behind = np.uint32(NONE)
+                behind = NONE
                 if va == infinite:
                     s = -orient3d(ex, ey, ez, bx, by, bz, cx, cy, cz, dx, dy, dz)
-                    behind = neighbors[4 * t]
+                    behind = words[cell + 4]
                 elif vb == infinite:
                     s = -orient3d(ax, ay, az, ex, ey, ez, cx, cy, cz, dx, dy, dz)
-                    behind = neighbors[4 * t + 1]
+                    behind = words[cell + 5]
                 elif vc == infinite:
                     s = -orient3d(ax, ay, az, bx, by, bz, ex, ey, ez, dx, dy, dz)
-                    behind = neighbors[4 * t + 2]
+                    behind = words[cell + 6]
                 elif vd == infinite:
                     s = -orient3d(ax, ay, az, bx, by, bz, cx, cy, cz, ex, ey, ez)
-                    behind = neighbors[4 * t + 3]
+                    behind = words[cell + 7]
                 if s == 0:
                     if behind != NONE:
-                        t = behind >> 2
-                        va, vb, vc, vd = vertices[4 * t], vertices[4 * t + 1], vertices[4 * t + 2], vertices[4 * t + 3]
+                        cell = behind & CELL
+                        va, vb, vc, vd = words[cell] & VERTEX, words[cell + 1], words[cell + 2], words[cell + 3]
                         ax, ay, az, aw = points[4 * va], points[4 * va + 1], points[4 * va + 2], points[4 * va + 3]
                         bx, by, bz, bw = points[4 * vb], points[4 * vb + 1], points[4 * vb + 2], points[4 * vb + 3]
                         cx, cy, cz, cw = points[4 * vc], points[4 * vc + 1], points[4 * vc + 2], points[4 * vc + 3]
                         dx, dy, dz, dw = points[4 * vd], points[4 * vd + 1], points[4 * vd + 2], points[4 * vd + 3]
-                    ia, ib, ic, id = index[va], index[vb], index[vc], index[vd]
                     s = power3d_perturbed(
-                        ax, ay, az, aw, bx, by, bz, bw, cx, cy, cz, cw, dx, dy, dz, dw, ex, ey, ez, ew, ia, ib, ic, id, index[e]
+                        ax, ay, az, aw, bx, by, bz, bw, cx, cy, cz, cw, dx, dy, dz, dw, ex, ey, ez, ew,
+                        index[va], index[vb], index[vc], index[vd], index[e],
                     )  # fmt: skip
-            if s < 0:
-                mark[d] = stamp
-                cavity[count] = d
-                count += 1
-                if count == cavity_capacity:
-                    status = MORE_CAVITY
+            is_free = 1 if s > 0 else 0
+            words[outer & CELL] = first | (np.uint32(2 - is_free) << np.uint32(30))
+            cavity[count] = outer
+            count += 1 - is_free
+            border[borders] = facet
+            borders += is_free
+            if count == cavity.size:
+                status = MORE_CAVITY
+                break
+            mark = np.uint32(1)
+            while mark != 0:  # the next facet of the cavity that leads to a cell not tested yet
+                k += 1
+                if k == 4:
+                    i, k = i + 1, 1
+                if i >= count:
                     break
-            else:
-                mark[d] = stamp + 1
+                facet = (cavity[i] & CELL) | ((cavity[i] + np.uint32(k)) & np.uint32(3))
+                outer = words[facet + 4]
+                cell = outer & CELL
+                first = words[cell]
+                mark = first >> np.uint32(30)
                 border[borders] = facet
-                borders += 1
-            unknown = False
-            while looked < 4 * count:
-                facet = 4 * cavity[looked >> 2] + np.uint32(looked & 3)
-                looked += 1
-                d = neighbors[facet] >> np.uint32(2)
-                seen = mark[d]
-                if seen == stamp:
-                    continue
-                if seen == stamp + 1:
-                    border[borders] = facet
-                    borders += 1
-                    continue
-                unknown = True
+                borders += np.int64(mark & 1)
+            if i >= count:
                 break
-            if not unknown:
-                break
-        if status == DONE and used + borders - free_count > capacity:
+        if count == 0:  # e lies above the lower hull: hidden
+            words[outer & CELL] &= VERTEX
+            hint = cell
+            step += 1
+            continue
+        if status == DONE and used + borders - count - free_count > words.size // 8:
             status = MORE_CELLS
-        if status != DONE:
+        if status != DONE:  # leave no mark behind
+            for i in range(count):
+                words[cavity[i] & CELL] &= VERTEX
+            for i in range(borders):
+                words[words[border[i] + 4] & CELL] &= VERTEX
             break
         step += 1
-        if count == 0:
-            hint = c
-            continue  # e lies above the lower hull: hidden
 
-        # Star: one new cell for each border facet; they share its slots with the cell they replace.
-        for i in range(borders):
+        # Star: e and a border facet make a new cell, in the place of an old one while there are any. So the facets are
+        # copied first: the neighbour outside, then the vertices, which e in front makes a positive cell.
+        for i in range(borders - 1, -1, -1):
             facet = border[i]
-            c = np.int64(facet >> 2)
-            slot = np.int64(facet & 3)
-            if free_count > 0:
-                new = free
-                free = np.int64(neighbors[4 * new])
+            base = facet & CELL
+            turn = (facet & np.uint32(3)) << np.uint32(1)
+            border[4 * i] = words[facet + 4]
+            border[4 * i + 1] = words[base + ((np.uint32(0b00000001) >> turn) & np.uint32(3))] & VERTEX
+            border[4 * i + 2] = words[base + ((np.uint32(0b10011110) >> turn) & np.uint32(3))] & VERTEX
+            border[4 * i + 3] = words[base + ((np.uint32(0b01111011) >> turn) & np.uint32(3))] & VERTEX
+        # A facet between two new cells is found by its edge away from e, which they run through in opposite directions.
+        stamp += np.uint64(1)
+        mask = 255
+        while mask < 12 * borders:
+            mask = 2 * mask + 1
+        for i in range(borders):
+            outer, va, vb, vc = border[4 * i], border[4 * i + 1], border[4 * i + 2], border[4 * i + 3]
+            if i < count:
+                place = cavity[i] & CELL
+            elif free_count > 0:
+                place = free
+                free = words[place + 4]
                 free_count -= 1
             else:
-                new = used
+                place = np.uint32(8 * used)
                 used += 1
-            vertices[4 * new] = vertices[4 * c]
-            vertices[4 * new + 1] = vertices[4 * c + 1]
-            vertices[4 * new + 2] = vertices[4 * c + 2]
-            vertices[4 * new + 3] = vertices[4 * c + 3]
-            vertices[4 * new + slot] = e
-            outer = neighbors[facet]
-            neighbors[4 * new] = NONE
-            neighbors[4 * new + 1] = NONE
-            neighbors[4 * new + 2] = NONE
-            neighbors[4 * new + 3] = NONE
-            neighbors[4 * new + slot] = outer
-            neighbors[outer] = 4 * new + slot
-            hint = new
-        # Glue new cells to each other: from each border facet turn around each of its edges, inside the cavity, to the
-        # other border facet at that edge.
+            border[4 * i] = place
+            words[place] = e
+            words[place + 1] = va
+            words[place + 2] = vb
+            words[place + 3] = vc
+            words[place + 4] = outer
+            words[outer + 4] = place
+            words[outer & CELL] &= VERTEX
+            for slot in range(1, 4):
+                key = (np.uint64(vb) << np.uint64(32)) | np.uint64(vc)
+                h = np.int64((key * _HASH) >> np.uint64(40)) & mask
+                while edge_value[h] >> np.uint64(32) == stamp:
+                    h = (h + 1) & mask
+                edge_key[h] = key
+                edge_value[h] = (stamp << np.uint64(32)) | np.uint64(place + slot)
+                va, vb, vc = vb, vc, va
         for i in range(borders):
-            facet = border[i]
-            c = np.int64(facet >> 2)
-            apex = np.int64(facet & 3)
-            mine = neighbors[neighbors[facet]]
-            new = np.int64(mine >> 2)
-            for slot in range(4):
-                if slot == apex or neighbors[4 * new + slot] != NONE:
-                    continue
-                third = 6 - slot - apex
-                first = 0
-                while first == slot or first == apex:
-                    first += 1
-                u = vertices[4 * c + first]
-                v = vertices[4 * c + third - first]
-                cell, entry, leave = c, apex, slot
-                while True:
-                    outer = neighbors[4 * cell + leave]
-                    d = outer >> np.uint32(2)
-                    if mark[d] != stamp:
-                        break
-                    cell = np.int64(d)
-                    entry = np.int64(outer & 3)
-                    leave = (entry + 1) & 3
-                    x = vertices[4 * cell + leave]
-                    if x == u or x == v:
-                        leave = (entry + 2) & 3
-                        x = vertices[4 * cell + leave]
-                        if x == u or x == v:
-                            leave = (entry + 3) & 3
-                other = np.int64(neighbors[outer] >> 2)
-                neighbors[4 * new + slot] = 4 * other + entry
-                neighbors[4 * other + entry] = 4 * new + slot
-        for i in range(count):
-            d = cavity[i]
-            vertices[4 * d] = NONE
-            neighbors[4 * d] = free
-            free = np.int64(d)
-        free_count += count
+            place, va, vb, vc = border[4 * i], border[4 * i + 1], border[4 * i + 2], border[4 * i + 3]
+            for slot in range(1, 4):
+                key = (np.uint64(vc) << np.uint64(32)) | np.uint64(vb)
+                h = np.int64((key * _HASH) >> np.uint64(40)) & mask
+                while edge_key[h] != key:
+                    h = (h + 1) & mask
+                words[place + 4 + slot] = edge_value[h]
+                va, vb, vc = vb, vc, va
+        for i in range(borders, count):
+            place = cavity[i] & CELL
+            words[place] = NONE
+            words[place + 4] = free
+            free = place
+            free_count += 1
+        hint = border[4 * borders - 4]
 
     state[NEXT], state[HINT], state[FREE], state[FREE_COUNT] = step, hint, free, free_count
     state[USED], state[STAMP] = used, stamp

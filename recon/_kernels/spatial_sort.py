@@ -9,6 +9,7 @@ from .compile import kernel
 
 BITS = 16  # a coordinate, so three make a key of 48
 _CROWD = 64  # more points than this in one cell of the curve are sorted by a curve of their own
+_BLOCK = 512
 _FINER = 8  # each round inserts this many times the points of all rounds before it
 
 
@@ -25,63 +26,41 @@ def hilbert_order(points: NDArray[np.float64]) -> NDArray[np.int64]:
     (n,) ndarray of int64
         Rows, ties in input order.
     """
-    low, high = points.min(axis=0), points.max(axis=0)
-    extent = (high - low).max()
+    low, extent = bounding_box(points)
     if extent == 0.0:
         return np.arange(len(points))
-    keys = _hilbert_keys(points, low, extent)
-    order = np.argsort(keys, kind="stable")
-    keys = keys[order]
-    start = np.flatnonzero(np.diff(keys, prepend=~keys[0]))
-    length = np.diff(start, append=len(keys))
-    for i in np.flatnonzero(length > _CROWD):
-        crowd = order[start[i] : start[i] + length[i]]
-        order[start[i] : start[i] + length[i]] = crowd[hilbert_order(points[crowd])]
+    order, keys = sort_keys(hilbert_keys(points, low, extent))
+    for start, stop in crowds(keys):
+        crowd = order[start:stop]
+        order[start:stop] = crowd[hilbert_order(points[crowd])]
     return order
 
 
 @kernel
-def _hilbert_keys(points, low, extent):
-    """Distance along the curve, three coordinates of BITS bits (Skilling 2004)."""
-    n = points.shape[0]
-    keys = np.empty(n, np.int64)
-    top = float((1 << BITS) - 1)
-    for i in range(n):
-        x = np.int64((points[i, 0] - low[0]) / extent * top)
-        y = np.int64((points[i, 1] - low[1]) / extent * top)
-        z = np.int64((points[i, 2] - low[2]) / extent * top)
-        q = 1 << (BITS - 1)
-        while q > 1:
-            p = q - 1
-            if x & q:
-                x ^= p
-            if y & q:
-                x ^= p
-            else:
-                t = (x ^ y) & p
-                x ^= t
-                y ^= t
-            if z & q:
-                x ^= p
-            else:
-                t = (x ^ z) & p
-                x ^= t
-                z ^= t
-            q >>= 1
-        y ^= x
-        z ^= y
-        t = 0
-        q = 1 << (BITS - 1)
-        while q > 1:
-            if z & q:
-                t ^= q - 1
-            q >>= 1
-        keys[i] = (_spread(x ^ t) << 2) | (_spread(y ^ t) << 1) | _spread(z ^ t)
-    return keys
+def bounding_box(points):
+    """Lower corner of the box of some points, and its longest side."""
+    low, high = points[0].copy(), points[0].copy()
+    for i in range(points.shape[0]):
+        for k in range(3):
+            low[k], high[k] = min(low[k], points[i, k]), max(high[k], points[i, k])
+    return low, (high - low).max()
 
 
 @kernel
-def _spread(x):
+def crowds(keys):
+    """Start and stop of the long runs of equal keys."""
+    found = []
+    start = 0
+    for i in range(1, keys.size + 1):
+        if i == keys.size or keys[i] != keys[start]:
+            if i - start > _CROWD:
+                found.append((start, i))
+            start = i
+    return found
+
+
+@kernel(inline="always")
+def spread(x):
     """Put two zero bits between the bits of x."""
     x = (x | (x << 16)) & 0x0000FF0000FF
     x = (x | (x << 8)) & 0x00F00F00F00F
@@ -90,23 +69,94 @@ def _spread(x):
 
 
 @kernel
-def rounds(n):
+def hilbert_keys(points, low, extent):
+    """Distance along the curve, from three coordinates of BITS bits (Skilling 2004).
+
+    Without branches, and bit by bit for many points, so that the compiler can use vectors.
+    """
+    n = points.shape[0]
+    keys = np.empty(n, np.int64)
+    x, y, z = np.empty(_BLOCK, np.int64), np.empty(_BLOCK, np.int64), np.empty(_BLOCK, np.int64)
+    top = float((1 << BITS) - 1)
+    for start in range(0, n, _BLOCK):
+        size = min(_BLOCK, n - start)
+        for i in range(size):
+            x[i] = np.int64((points[start + i, 0] - low[0]) / extent * top)
+            y[i] = np.int64((points[start + i, 1] - low[1]) / extent * top)
+            z[i] = np.int64((points[start + i, 2] - low[2]) / extent * top)
+        for bit in range(BITS - 1, 0, -1):
+            lower = (1 << bit) - 1
+            for i in range(size):
+                u, v, w = x[i], y[i], z[i]
+                u ^= lower & -((u >> bit) & 1)
+                invert = -((v >> bit) & 1)
+                exchange = (u ^ v) & lower & ~invert
+                u ^= exchange | (lower & invert)
+                v ^= exchange
+                invert = -((w >> bit) & 1)
+                exchange = (u ^ w) & lower & ~invert
+                x[i] = u ^ (exchange | (lower & invert))
+                y[i] = v
+                z[i] = w ^ exchange
+        for i in range(size):
+            u = x[i]
+            v = y[i] ^ u
+            w = z[i] ^ v
+            above = w ^ (w >> 1)  # parity of the bits of w from each bit on
+            above ^= above >> 2
+            above ^= above >> 4
+            above = (above ^ (above >> 8)) >> 1
+            keys[start + i] = (spread(u ^ above) << 2) | (spread(v ^ above) << 1) | spread(w ^ above)
+    return keys
+
+
+@kernel
+def sort_keys(keys):
+    """Stable order of keys of 3 BITS bits, and the keys in that order: radix sort, by 12 bits at a time."""
+    n = keys.size
+    order, other_order = np.arange(n), np.empty(n, np.int64)
+    keys, other_keys = keys.copy(), np.empty(n, np.int64)
+    start = np.empty(4096, np.int64)
+    for shift in range(0, 3 * BITS, 12):
+        start[:] = 0
+        for i in range(n):
+            start[(keys[i] >> shift) & 4095] += 1
+        total = 0
+        for digit in range(4096):
+            start[digit], total = total, total + start[digit]
+        for i in range(n):
+            digit = (keys[i] >> shift) & 4095
+            place = start[digit]
+            start[digit] = place + 1
+            other_keys[place] = keys[i]
+            other_order[place] = order[i]
+        keys, other_keys = other_keys, keys
+        order, other_order = other_order, order
+    return order, keys
+
+
+@kernel
+def rounds(n, present):
     """Order of insertion of 0 .. n-1, which lie along a curve: every 8**k-th of them, then every 8**(k-1)-th, ...
 
-    Each round goes along the whole curve, so that a point is inserted near the one before it, into a triangulation
-    that is everywhere as fine as the next; as biased randomised insertion does (Amenta, Choi, Rote 2003).
+    Without the few that are present already, ascending. Each round goes along the whole curve, so that a point is
+    inserted near the one before it, into a triangulation that is everywhere about as fine; as biased randomised
+    insertion does (Amenta, Choi, Rote 2003).
     """
-    sequence = np.empty(n, np.uint32)
+    sequence = np.empty(n - present.size, np.uint32)
     stride = 1
     while stride * _FINER < n:
         stride *= _FINER
     count = 0
-    first = True
+    coarsest = True
     while stride >= 1:
         for i in range(0, n, stride):
-            if first or i % (stride * _FINER) != 0:
+            fresh = coarsest or i & (_FINER * stride - 1) != 0
+            for k in range(present.size):
+                fresh = fresh and present[k] != i
+            if fresh:
                 sequence[count] = i
                 count += 1
-        first = False
+        coarsest = False
         stride //= _FINER
     return sequence

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .compile import kernel
-from .complex import DONE, MORE_CELLS, finish, first_cells, grown
+from .complex import CELLS_MAX, DONE, MORE_CAVITY, USED, finish, first_cells
 from .predicates import orient2d, orient3d
 from .regular1d import lower_chain
 from .regular2d import insert2d
@@ -14,7 +14,6 @@ from .regular3d import insert3d
 from .spatial_sort import hilbert_order, rounds
 
 Cells = tuple[NDArray[np.int32], NDArray[np.int32]]
-_INSERT = {2: insert2d, 3: insert3d}
 
 
 def triangulate(points: NDArray[np.float64], weights: NDArray[np.float64]) -> Cells:
@@ -32,21 +31,34 @@ def triangulate(points: NDArray[np.float64], weights: NDArray[np.float64]) -> Ce
         ascending coordinate (k = 1). -1 stands for no neighbour.
     """
     n, d = points.shape
-    located = np.zeros((n, 3))
-    located[:, :d] = points
-    order = hilbert_order(located)
-    vertices = np.empty((n, 4))
-    vertices[:, :3] = located[order]
-    vertices[:, 3] = weights[order]
+    if d < 3:
+        located = np.zeros((n, 3))
+        located[:, :d] = points
+        points = located
+    order = hilbert_order(points)
+    vertices = gather(points, weights, order)
     index = order.astype(np.uint32)
     dimension, simplex, axes = span(vertices)
-    vertices[:, :3] = vertices[:, axes]
+    if dimension < 3 and (axes != np.arange(3)).any():
+        vertices[:, :3] = vertices[:, axes]
     if dimension == 0:
         best = np.lexsort((index, -vertices[:, 3]))[0]
         return index[[[best]]].astype(np.int32), np.full((1, 1), -1, np.int32)
     if dimension == 1:
         return _segments(vertices, index)
     return _grow(dimension, vertices, index, simplex[: dimension + 1])
+
+
+@kernel
+def gather(points, weights, order):
+    """Points and weights side by side, in order."""
+    n = order.size
+    vertices = np.empty((n, 4))
+    for i in range(n):
+        row = order[i]
+        vertices[i, 0], vertices[i, 1], vertices[i, 2] = points[row, 0], points[row, 1], points[row, 2]
+        vertices[i, 3] = weights[row]
+    return vertices
 
 
 @kernel
@@ -115,23 +127,30 @@ def _grow(d: int, points: NDArray, index: NDArray, simplex: NDArray) -> Cells:
     """Insert vertex after vertex (they lie along a curve) into the cell `simplex` and its ghosts."""
     n = len(index)
     points = np.append(points.ravel(), np.full(4, np.nan))
-    sequence = rounds(n)
-    sequence = sequence[~np.isin(sequence, simplex)]
-    capacity = (2, 8)[d - 2] * n + 1000
-    vertices = np.empty((d + 1) * capacity, np.uint32)
-    neighbors = np.empty((d + 1) * capacity, np.uint32)
-    mark = np.zeros(capacity, np.int32)
-    cells, links = first_cells(d)
-    vertices[: cells.size] = np.append(simplex, n)[cells].ravel()
-    neighbors[: links.size] = links.ravel()
-    cavity = np.empty(1024, np.uint32)
-    border = np.empty(2 * cavity.size + 4, np.uint32)
-    state = np.array([0, 0, 0, 0, len(cells), 0], np.int64)
-    insert = _INSERT[d]
-    while (status := insert(points, index, sequence, vertices, neighbors, mark, cavity, border, state)) != DONE:
-        if status == MORE_CELLS:
-            vertices, neighbors, mark = (grown(array) for array in (vertices, neighbors, mark))
-        else:
-            cavity, border = np.empty(2 * cavity.size, np.uint32), np.empty(4 * cavity.size + 4, np.uint32)
-    size = finish(vertices, neighbors, d + 1, state[4], index) * (d + 1)
-    return vertices[:size].view(np.int32).reshape(-1, d + 1), neighbors[:size].view(np.int32).reshape(-1, d + 1)
+    sequence = rounds(n, np.sort(simplex))
+    words = np.empty(8 * ((3, 8)[d - 2] * n + 1000), np.uint32)
+    first = first_cells(d, simplex, n)
+    words[: first.size] = first
+    state = np.zeros(6, np.int64)
+    state[USED] = first.size // 8
+    buffers = scratch(d, n, 256)
+    insert = (insert2d, insert3d)[d - 2]
+    while (status := insert(points, index, sequence, words, *buffers, state)) != DONE:
+        if status == MORE_CAVITY:
+            buffers = scratch(d, n, 2 * buffers[0].size)
+            continue
+        if words.size >= 8 * CELLS_MAX:
+            raise MemoryError(f"more than {CELLS_MAX} cells")
+        larger = np.empty(min(words.size // 16 * 24, 8 * CELLS_MAX), np.uint32)
+        larger[: words.size] = words
+        words = larger
+    cells, neighbors = finish(words, state[USED], d + 1, index)
+    return cells.view(np.int32), neighbors.view(np.int32)
+
+
+def scratch(d: int, n: int, size: int) -> tuple[NDArray, ...]:
+    """Room for a cavity of `size` cells, and so of less than 2 * size + 4 border facets, of four words."""
+    cavity, border = np.empty(size, np.uint32), np.empty(8 * size + 16, np.uint32)
+    if d == 2:
+        return cavity, border, np.empty(n + 1, np.uint32)
+    return cavity, border, np.empty(32 * size, np.uint64), np.zeros(32 * size, np.uint64)
