@@ -10,18 +10,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..contracts import InvalidInput
-from . import arrays, glb, las, obj, off, pcd, ply, stl, text
+from . import arrays, glb, las, molecules, obj, off, pcd, ply, stl, text
 from .cloud import Content
 from .files import STREAM, check_writable
 
 _TEXT = ("xyz", "asc", "pts", "pwn", "txt", "csv", "tsv", "xyzn", "xyzrgb", "xyzr")
 _READ_BY_EXTENSION = {
     **dict.fromkeys(_TEXT, "text"),
-    **{kind: kind for kind in ("ply", "off", "obj", "stl", "pcd", "npy", "npz", "las")},
+    **{kind: kind for kind in ("ply", "off", "obj", "stl", "pcd", "npy", "npz", "las", "pdb")},
     **dict.fromkeys(("coff", "noff", "cnoff", "stoff"), "off"),
     "laz": "las",
+    "ent": "pdb",
 }
-READERS = (*_TEXT, "ply", "off", "obj", "stl", "pcd", "npy", "npz", "las", "laz")
+READERS = (*_TEXT, "ply", "off", "obj", "stl", "pcd", "npy", "npz", "las", "laz", "pdb", "ent")
 MESH_WRITERS = {"ply": "ply", "obj": "obj", "off": "off", "stl": "stl", "glb": "glb"}
 POINT_WRITERS = {
     "ply": "ply", "xyz": "xyz", "txt": "xyz", "asc": "xyz", "csv": "csv", "npy": "npy", "npz": "npz",
@@ -70,7 +71,7 @@ def read(data: bytes, name: str, extension: str, format: str | None) -> Content:
             return arrays.read_npy(data, name)
         case "npz":
             return arrays.read_npz(data, name)
-    module = {"ply": ply, "off": off, "obj": obj, "stl": stl, "pcd": pcd, "las": las}[kind]
+    module = {"ply": ply, "off": off, "obj": obj, "stl": stl, "pcd": pcd, "las": las, "pdb": molecules}[kind]
     return module.read(data, name)
 
 
