@@ -85,6 +85,14 @@ def wide_integers(rng):
     return np.array([[0, 0, 0], [a, 0, 0], [0, b, 0], [a, b, float(rng.integers(0, 5))]]), np.zeros(4)
 
 
+def skew_integers(rng):
+    """Right angles askew, of 7 to 12 bits: their products pass 53 bits somewhere on the way."""
+    a = rng.integers(2**5, 2 ** rng.integers(6, 11), 3)
+    b = np.cross(a, rng.integers(-2, 3, 3)) + [0, 0, int(rng.integers(0, 20) == 0)]
+    points = np.array([[0, 0, 0], a, b, a + b + rng.integers(-3, 4, 3)]).astype(float)
+    return points[rng.permutation(4)], np.zeros(4)
+
+
 def centre_on_a_face(rng):
     """Weights that put the orthocentre on a face, but for rounding: some coordinate is about zero."""
     points = rng.normal(size=(4, 3))
@@ -93,10 +101,11 @@ def centre_on_a_face(rng):
     return points, ((points - centre) ** 2).sum(axis=1) - rng.random()
 
 
-@pytest.mark.parametrize(
-    "kind",
-    [lattice, ordinary, wild, ulps, far_decimals, nearly_flat, needle, cospherical, wide_integers, centre_on_a_face],
-)
+KINDS = [lattice, ordinary, wild, ulps, far_decimals, nearly_flat, needle, cospherical]
+KINDS += [wide_integers, skew_integers, centre_on_a_face]
+
+
+@pytest.mark.parametrize("kind", KINDS)
 def test_signs_are_certain_and_sizes_close_and_monotone(kind):
     rng = np.random.default_rng(1)
     ties = checked = 0

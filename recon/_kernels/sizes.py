@@ -242,7 +242,7 @@ def settle(scaled, integral, rows, rho, code):
                 if face >> j & 1:
                     size = max(size, sizes[face & ~(1 << j)])
             sizes[face] = size
-        bits = code[i] & ~full
+        bits = code[i] & (255 - full)
         for j in range(width):
             bits |= (signs >> j & 1) << (keys[j] & 3)
         rho[i], code[i] = sizes[full], bits

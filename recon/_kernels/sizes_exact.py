@@ -194,7 +194,7 @@ def exact_simplex(scaled, i0, i1, i2, i3):
         _add_product(x, used, power, a, b, plus if j < 3 else 4 * minus)
     upper, upper_exponent = _leading(x, used, power)
     lower, lower_exponent = _leading(x, used, det)
-    return math.ldexp(upper / lower, upper_exponent - lower_exponent - 2 + 2 * unit), code
+    return math.ldexp(upper / lower, int(upper_exponent - lower_exponent - 2 + 2 * unit)), code
 
 
 @kernel
