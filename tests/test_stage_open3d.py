@@ -12,7 +12,6 @@ from scipy.spatial import cKDTree
 import datasets_synthetic
 import recon
 from recon.stages import open3d as stage
-from recon.stages.orient import orient_singular
 
 pytestmark = pytest.mark.peers
 o3d = pytest.importorskip("open3d")
@@ -240,28 +239,15 @@ def test_meshes_go_there_and_back(as_tensor):
     assert np.array_equal(back.vertex_source, result.vertex_source)
 
 
-@pytest.mark.parametrize("seed", range(5))
-def test_sheets_of_singular_facets_are_oriented_whatever_came_in(seed):
-    rng = np.random.default_rng(seed)
-    points = np.concatenate([sphere(200), sphere(100, 2) + 5])
-    facets = recon.alpha_complex(points).boundary(0.49).facets
-    for row in np.flatnonzero(rng.random(len(facets)) < 0.5):
-        facets = facets.copy()
-        facets[row] = facets[row, ::-1]
-    turned = orient_singular(points, facets, np.ones(len(facets), bool))
-    assert np.array_equal(np.sort(turned, axis=1), np.sort(facets, axis=1))
-    edges = turned[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-    assert len(np.unique(edges, axis=0)) == len(edges)  # no edge is run through twice the same way
-    for part in (turned[turned.max(axis=1) < 200], turned[turned.min(axis=1) >= 200]):
-        corners = points[part] - points[part].mean(axis=(0, 1))
-        assert np.linalg.det(corners).sum() > 0
-
-
-def test_a_moebius_band_and_regular_facets_are_left_as_they_are():
-    band = np.array([[0, 1, 2], [1, 2, 3], [2, 3, 4], [3, 4, 0], [4, 0, 1]], np.int32)
-    points = np.random.default_rng(0).random((5, 3))
-    assert np.array_equal(orient_singular(points, band, np.ones(5, bool)), band)
-    assert orient_singular(points, band, np.zeros(5, bool)) is band
+def test_every_shell_of_an_alpha_shape_faces_outward():
+    points = np.concatenate([sphere(300), sphere(200, 2) * [-1, 1, 1] + 5, sphere(250, 3) * 0.3 - 4])
+    mesh = stage.create_from_point_cloud_alpha_shape(legacy(points), 0.6)
+    labels = np.asarray(mesh.cluster_connected_triangles()[0])
+    assert labels.max() == 2 and mesh.is_watertight()
+    corners = np.asarray(mesh.vertices)[np.asarray(mesh.triangles)]
+    for label in range(3):
+        part = corners[labels == label]
+        assert np.linalg.det(part - part.mean(axis=(0, 1))).sum() > 0
 
 
 def test_without_open3d_one_line_says_what_to_install():

@@ -94,8 +94,8 @@ def create_from_point_cloud_alpha_shape(pcd: Any, alpha: float, tetra_mesh: Any 
         All points on a line or in one spot.
     """
     from ..alpha import EXTERIOR, alpha_complex
-    from ..surface import compact_mesh
-    from .orient import orient_singular
+    from ..surface import _turned, compact_mesh
+    from ..topology import agreeing
 
     del tetra_mesh, pt_map
     values, attributes = from_point_cloud(pcd)
@@ -107,15 +107,15 @@ def create_from_point_cloud_alpha_shape(pcd: Any, alpha: float, tetra_mesh: Any 
         where = ("in one spot", "on a line")[complex_.dimension]
         raise DegenerateInput(f"points: all lie {where}; a surface needs points that span a plane or more")
     if complex_.dimension == 2:  # in space, all triangles of a planar shape are singular
-        facets = complex_.simplices(2)[complex_.classify(2, float(alpha) ** 2) != EXTERIOR]
-        singular = np.ones(len(facets), bool)
+        facets = agreeing(complex_.simplices(2)[complex_.classify(2, float(alpha) ** 2) != EXTERIOR])
     else:
         boundary = complex_.boundary(float(alpha) ** 2)
-        facets, singular = boundary.facets, boundary.singular
+        facets = boundary.facets.astype(np.int64)
+        facets[boundary.singular] = _turned(points, facets[boundary.singular])
     if len(facets) == 0:
         least = float(np.sqrt(complex_.entry(2).min()))
         warnings.warn(f"no triangle at alpha = {alpha:g}; the first one appears at {least:.4g}", stacklevel=2)
-    return _like(pcd, compact_mesh(points, orient_singular(points, facets, singular), attributes))
+    return _like(pcd, compact_mesh(points, facets, attributes))
 
 
 @dataclass(frozen=True, slots=True)

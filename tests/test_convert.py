@@ -1,0 +1,83 @@
+"""Meshes go to other libraries and come back as they were."""
+
+import numpy as np
+import pytest
+
+import recon
+from recon.stages import convert
+
+pytestmark = pytest.mark.peers
+
+
+def mesh():
+    points = np.random.default_rng(1).normal(size=(300, 3))
+    points /= np.linalg.norm(points, axis=1)[:, None]
+    attributes = {
+        "colors": np.column_stack([np.arange(301) % 256, np.full(301, 9), np.full(301, 200), np.full(301, 255)]).astype(
+            np.uint8
+        ),
+        "time": np.arange(301) * 1e6 + 0.1,
+        "label": np.arange(301, dtype=np.uint16),
+        "beam": np.arange(903.0).reshape(-1, 3),
+    }
+    cloud = np.concatenate([points[:1], points]) * 0.01 + [500_000.123, 4_649_776.25, 87.0]
+    return recon.reconstruct(cloud, attributes=attributes, surface="closed").mesh
+
+
+@pytest.mark.parametrize("library", ["trimesh", "pyvista", "meshio", "open3d"])
+def test_everything_comes_back(library):
+    pytest.importorskip(library)
+    original = mesh()
+    assert original.vertex_source[-1] == 300 and len(original.vertices) == 300
+    options = {"tensor": True} if library == "open3d" else {}
+    there = getattr(convert, f"to_{library}")(original, **options)
+    assert type(there).__module__.split(".")[0] == library
+    back = getattr(convert, f"from_{library}")(there)
+    assert np.array_equal(back.vertices, original.vertices) and back.vertices.dtype == np.float64
+    assert np.array_equal(back.faces, original.faces)
+    assert np.array_equal(back.vertex_source, original.vertex_source)
+    assert set(back.attributes) == set(original.attributes)
+    for name, values in original.attributes.items():
+        assert np.array_equal(back.attributes[name].reshape(values.shape), values)
+        assert back.attributes[name].dtype == values.dtype
+
+
+@pytest.mark.parametrize("library", ["trimesh", "pyvista", "meshio"])
+def test_the_other_side_owns_its_arrays(library):
+    pytest.importorskip(library)
+    original = mesh()
+    there = getattr(convert, f"to_{library}")(original)
+    before = original.vertices.copy()
+    if library == "trimesh":
+        there.vertices += 1
+        assert there.is_watertight and there.is_winding_consistent and there.volume > 0
+    else:
+        there.points[:] += 1
+    assert np.array_equal(original.vertices, before)
+
+
+def test_what_is_no_triangle_mesh_is_refused():
+    vista, meshio = pytest.importorskip("pyvista"), pytest.importorskip("meshio")
+    with pytest.raises(recon.InvalidInput, match="other than triangles"):
+        convert.from_pyvista(vista.Cube())
+    with pytest.raises(recon.InvalidInput, match="quad"):
+        convert.from_meshio(meshio.Mesh(np.zeros((4, 3)), [("quad", [[0, 1, 2, 3]])]))
+    with pytest.raises(recon.InvalidInput, match="TriangleMesh"):
+        convert.from_open3d(vista.Cube())
+
+
+@pytest.mark.parametrize(
+    "colors",
+    [np.uint8([[255, 0, 51]]), np.uint16([[65535, 0, 13107]]), np.array([[1, 0, 0.2]]), np.float32([[1, 0, 0.2, 1]])],
+)
+def test_colours_mean_the_same_in_every_type(colors):
+    pytest.importorskip("trimesh")
+    triangle = recon.Mesh.from_arrays(np.eye(3), [[0, 1, 2]], None, {"colors": np.repeat(colors, 3, axis=0)})
+    assert np.array_equal(convert.to_trimesh(triangle).visual.vertex_colors, [[255, 0, 51, 255]] * 3)
+
+
+def test_colours_that_are_none_are_refused():
+    pytest.importorskip("trimesh")
+    triangle = recon.Mesh.from_arrays(np.eye(3), [[0, 1, 2]], None, {"colors": np.zeros(3)})
+    with pytest.raises(recon.InvalidInput, match="colors"):
+        convert.to_trimesh(triangle)
