@@ -18,6 +18,8 @@ _PUBLIC = {
     "SINGULAR": "alpha",
     "REGULAR": "alpha",
     "INTERIOR": "alpha",
+    "power_diagram": "power",
+    "PowerDiagram": "power",
     "space_filling_diagram": "spacefill",
     "SpaceFillingDiagram": "spacefill",
     "alpha_shape": "surface",
