@@ -91,6 +91,14 @@ def test_an_empty_alpha_shape_names_the_radius_that_would_help():
     assert len(stage.create_from_point_cloud_alpha_shape(cloud, 1.001 * least).triangles) >= 1
 
 
+@pytest.mark.parametrize("alpha", [1e9, 1e200, float("inf")])
+def test_a_huge_radius_gives_the_convex_hull(alpha):
+    cloud = legacy(np.random.default_rng(5).random((300, 3)))
+    mesh = stage.create_from_point_cloud_alpha_shape(cloud, alpha)
+    assert len(mesh.triangles) == len(cloud.compute_convex_hull()[0].triangles)
+    assert mesh.is_watertight() and volume(mesh) == pytest.approx(cloud.compute_convex_hull()[0].get_volume())
+
+
 @pytest.mark.parametrize("alpha", [-1.0, float("nan")])
 def test_a_radius_that_is_none_is_refused(alpha):
     with pytest.raises(recon.InvalidInput, match="radius"):

@@ -102,14 +102,17 @@ def create_from_point_cloud_alpha_shape(pcd: Any, alpha: float, tetra_mesh: Any 
     points = as_points(values, 3)
     if not alpha >= 0:
         raise InvalidInput(f"alpha: expected a non-negative radius, got {alpha}")
-    complex_ = alpha_complex(points)
+    complex_, squared = (
+        alpha_complex(points),
+        float(alpha) * float(alpha),
+    )  # infinite where it overflows: the convex hull
     if complex_.dimension < 2:
         where = ("in one spot", "on a line")[complex_.dimension]
         raise DegenerateInput(f"points: all lie {where}; a surface needs points that span a plane or more")
     if complex_.dimension == 2:  # in space, all triangles of a planar shape are singular
-        facets = agreeing(complex_.simplices(2)[complex_.classify(2, float(alpha) ** 2) != EXTERIOR])
+        facets = agreeing(complex_.simplices(2)[complex_.classify(2, squared) != EXTERIOR])
     else:
-        boundary = complex_.boundary(float(alpha) ** 2)
+        boundary = complex_.boundary(squared)
         facets = boundary.facets.astype(np.int64)
         facets[boundary.singular] = _turned(points, facets[boundary.singular])
     if len(facets) == 0:
