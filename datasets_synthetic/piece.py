@@ -115,7 +115,7 @@ def rejection(
     n: int,
     propose: Callable[[int], tuple[Foot, Array]],
     rng: np.random.Generator,
-    tries: int = 2_000_000,
+    tries: int = 500_000,
 ) -> Foot:
     """Draw exactly n points by rejection.
 

@@ -194,13 +194,6 @@ class Sample:
         return chosen.astype(np.intp)
 
 
-def random_rotation(rng: np.random.Generator) -> Array:
-    """Draw a rotation of space, uniform, (3, 3)."""
-    q, r = np.linalg.qr(rng.standard_normal((3, 3)))
-    q *= np.sign(np.diag(r))
-    return q * np.linalg.det(q)
-
-
 def _direction(rng: np.random.Generator, d: int) -> Array:
     vector = rng.standard_normal((1, d))
     return (vector / length(vector))[0]
