@@ -1,6 +1,7 @@
 """``recon reconstruct`` from end to end: the mesh, the report, and every way in which it may not work."""
 
 import json
+import functools
 import os
 import signal
 import subprocess
@@ -222,7 +223,9 @@ main(sys.argv[1:])
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_an_interruption_acts_at_once_and_leaves_nothing(cloud, tmp_path, number, code):
     command = [sys.executable, "-c", BUSY, "reconstruct", str(cloud), str(tmp_path / "m.ply")]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+    # A shell that runs this in the background has SIGINT ignored, and children inherit that.
+    listening = functools.partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, preexec_fn=listening) as process:
         assert process.stdout.readline() == b"busy\n"
         process.send_signal(number)
         _, errors = process.communicate(timeout=30)  # the work would take 60
