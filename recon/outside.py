@@ -139,14 +139,14 @@ class Outside:
         index = np.arange(m * len(corners)).reshape(m, -1)
         where = {kept: place for place, kept in enumerate(corners)}
         for place, kept in enumerate(corners):
-            for slot in set(range(d + 1)) - set(kept):
-                cell = np.flatnonzero(exists[:, place] & ~self.walls[:, slot])
-                other = self.neighbors[cell, slot]
-                target = np.full(len(cell), -1)
-                wanted = self.cells[cell][:, kept]
+            for apex in set(range(d + 1)) - set(kept):
+                here = np.flatnonzero(exists[:, place] & ~self.walls[:, apex])
+                other = self.neighbors[here, apex]
+                target = np.full(len(here), -1)
+                wanted = self.cells[here][:, kept]
                 for candidate in where:
                     target[(self.cells[other][:, candidate] == wanted).all(axis=1)] = where[candidate]
-                starts.append(index[cell, place])
+                starts.append(index[here, place])
                 ends.append(index[other, target])
         first, second = np.concatenate(starts), np.concatenate(ends)
         graph = coo_array((np.ones(len(first), np.int8), (first, second)), (index.size, index.size))
@@ -158,8 +158,8 @@ class Outside:
         rank[order] = np.arange(len(order))
         label = np.full(index.size, -1, np.int64)
         label[nodes] = rank[number.ravel()]
-        cell, place = np.divmod(nodes[lowest][order], len(corners))
-        return cell, place, label.reshape(m, -1), corners
+        cell, slot = np.divmod(nodes[lowest][order], len(corners))
+        return cell.astype(np.int64), slot.astype(np.int64), label.reshape(m, -1), corners
 
     def _faces_of(self, k: int) -> NDArray[np.int32]:
         if k not in self._faces:

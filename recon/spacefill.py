@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from ._kernels import spacefill as kernels
 from ._kernels.sizes import settle
 from .alpha import AlphaComplex, alpha_complex
-from .contracts import InvalidInput
+from .contracts import InvalidInput, as_points
 from .intervals import Family
 from .outside import FILLED, OUTSIDE, Outside
 from .regular import RegularTriangulation
@@ -135,7 +136,7 @@ class SpaceFillingDiagram:
         """The bounded components of the complement of F_alpha."""
         if not self._fills_space:
             return self._cavities(None, None)
-        return self._cavities(self._outside, self._outside.regions())
+        return self._cavities(self._outside, self._regions)
 
     @cached_property
     def pockets(self) -> Cavities:
@@ -149,12 +150,10 @@ class SpaceFillingDiagram:
         outside = self._outside
         open_ = ~outside.filled & ~self._flows_out
         region = outside.regions_among(open_)
-        # The void cells that flow out are none, so that a void is a region of both kinds.
-        proper = open_ & (outside.regions() == OUTSIDE)
-        kept = np.unique(region[proper])
-        number = np.full(region.max(initial=-1) + 1, OUTSIDE)
-        number[kept] = np.arange(len(kept))
-        return self._cavities(outside, np.where(proper, number[region], FILLED))
+        proper = np.flatnonzero(open_ & (self._regions == OUTSIDE) & (region >= 0))  # voids are such regions too
+        number = np.full(len(region), FILLED)
+        number[proper] = np.unique(region[proper], return_inverse=True)[1].ravel()
+        return self._cavities(outside, number)
 
     def faces(self, l: int) -> SphereFaces:
         """Give the l-faces of the diagram, 0 <= l < d, and how they meet.
@@ -243,7 +242,7 @@ class SpaceFillingDiagram:
         pieces[..., 1] = 1.0
         return pieces
 
-    def _unscaled(self, values: NDArray[np.float64], power: int) -> NDArray[np.float64]:
+    def _unscaled(self, values: NDArray, power: int) -> NDArray[np.float64]:
         return np.ldexp(values, power * self._exponent)
 
     # --- the complement
@@ -441,17 +440,20 @@ def space_filling_diagram(
     >>> round(two.volume / math.pi, 12), round(two.area / math.pi, 12), two.euler
     (2.25, 6.0, 2)
     """
-    complex_ = points_or_complex
-    if not isinstance(complex_, AlphaComplex):
-        complex_ = alpha_complex(complex_, weights)
-    elif weights is not None:
-        raise InvalidInput("weights: given twice, as the complex has its own")
-    if complex_.triangulation.points.shape[1] > 3:
-        raise InvalidInput("points: the space filling diagram is measured in up to 3-D")
+    given = points_or_complex
+    if isinstance(given, AlphaComplex):
+        if weights is not None:
+            raise InvalidInput("weights: given twice, as the complex has its own")
+        given = given.triangulation
+    located = given.points if isinstance(given, RegularTriangulation) else as_points(given)
+    if located.shape[1] > 3:
+        raise InvalidInput(f"points: measured in up to 3-D, got {located.shape[1]} columns")
     value = np.asarray(alpha)
     if value.ndim or value.dtype.kind not in "fiu" or not np.isfinite(value):
         raise InvalidInput(f"alpha: expected one finite number, got {alpha!r}")
-    return SpaceFillingDiagram(complex_, float(value))
+    if isinstance(points_or_complex, AlphaComplex):
+        return SpaceFillingDiagram(points_or_complex, float(value))
+    return SpaceFillingDiagram(alpha_complex(points_or_complex, weights), float(value))
 
 
 def _exponent(triangulation: RegularTriangulation, alpha: float) -> int:
@@ -474,7 +476,7 @@ def _shares(corners: NDArray[np.float64], d: int, k: int):
         for slot in range(d + 1):
             yield tuple(i for i in range(d + 1) if i != slot), np.full(len(corners), 0.5)
     elif k == d - 2:
-        for kept in ((0,), (1,), (2,)) if d == 2 else ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)):
+        for kept in combinations(range(d + 1), k + 1):
             i, j = (s for s in range(d + 1) if s not in kept)
             u, v = corners[:, i] - corners[:, kept[0]], corners[:, j] - corners[:, kept[0]]
             if d == 3:

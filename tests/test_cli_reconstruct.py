@@ -1,7 +1,7 @@
 """``recon reconstruct`` from end to end: the mesh, the report, and every way in which it may not work."""
 
-import json
 import functools
+import json
 import os
 import signal
 import subprocess
