@@ -225,6 +225,16 @@ def test_every_scanned_point_is_a_vertex_of_the_triangulation(name):
         assert len(recon.regular_triangulation(points, weights).hidden) == 0
 
 
+@pytest.mark.parametrize("radius", ["spacing", "covering"])
+def test_a_cap_holds_balls_below_the_radius_of_curvature(radius):
+    points = datasets_synthetic.surface("sphere").sample(400, rng=0, spacing="blue").points  # spacing 0.18
+    free = weighting.adaptive_weights(points, radius=radius)
+    capped = weighting.adaptive_weights(points, radius=radius, cap=0.1)
+    assert np.sqrt(free).min() > 0.105
+    assert np.allclose(np.sqrt(capped), 0.1, rtol=0.1)
+    assert np.array_equal(weighting.adaptive_weights(points, radius=radius, cap=1.0), free)
+
+
 @settings(max_examples=200, deadline=None)
 @given(solid_crowds, st.sampled_from(["spacing", "covering"]), st.sampled_from([1.0, 2.0**-300, 2.0**300]))
 def test_weights_are_finite_whatever_the_points(points, radius, scale):
@@ -305,6 +315,12 @@ def test_terms_refuse_malformed_points(name, points):
         (lambda p: weighting.noise(p, k=5), "at least 6"),
         (lambda p: weighting.outliers(p, excess=1.0), "excess"),
         (lambda p: weighting.graded(p, [1.0]), "weights"),
+        (lambda p: weighting.graded(p, np.ones(50), theta=-0.1), "theta"),
+        (lambda p: weighting.graded(p, np.ones(50), theta=1.0), "theta"),
+        (lambda p: weighting.adaptive_weights(p, theta=float("nan")), "theta"),
+        (lambda p: weighting.adaptive_weights(p, cap=0.0), "cap"),
+        (lambda p: weighting.adaptive_weights(p[:, :2], cap=0.5), "d = 3"),
+        (lambda p: weighting.covering(p, widest=0.0), "widest"),
         (lambda p: weighting.curvature(p[:, :2]), "d = 3"),
         (lambda p: weighting.covering(np.pad(p, ((0, 0), (0, 1)))), "d = 2 or 3"),
         (lambda p: weighting.outliers(p[:, :1]), "d = 2 or 3"),

@@ -34,7 +34,7 @@ def covering(
     k : int
         Neighbours. Where a farther one could matter, 64 are looked at.
     widest : float
-        In spacings.
+        In spacings. Beyond 2.25 a gap is seen only where samples on its far side are among the 64 neighbours.
     threads : int, optional
         All by default. The result does not depend on it.
 
@@ -46,7 +46,7 @@ def covering(
     Raises
     ------
     InvalidInput
-        Malformed points, d other than 2 or 3.
+        Malformed points, d other than 2 or 3, k < 1, widest not above 0.
 
     Notes
     -----
@@ -62,6 +62,8 @@ def covering(
     >>> round(float(covering(square)[40] ** 2), 12)
     0.5
     """
+    if not widest > 0.0:
+        raise InvalidInput(f"widest: expected above 0, got {widest}")
     hood = neighbors(points, k, threads=threads)
     return np.sqrt(cover_sq(hood, coarse_spacing(hood, k), min(k, hood.k), widest, threads))[hood.inverse]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from recon.contracts import as_weights
+from recon.contracts import InvalidInput, as_weights
 
 from ._kernels import relax
 from .neighborhood import RING, Neighborhood, neighbors
@@ -33,16 +33,28 @@ def graded(
     (n,) ndarray of float64 [L^2]
         w_i = min_j (w_j + theta |p_i - p_j|^2), to a fixed point.
 
+    Raises
+    ------
+    InvalidInput
+        Malformed points or weights, theta not between 0 and 1, k < 1.
+
     Notes
     -----
     A point j is hidden by i alone where w_i > w_j + |p_i - p_j|^2. The fixed point is unique, whatever the order.
     """
+    between_0_and_1(theta)
     hood = neighbors(points, k)
     values = as_weights(weights, len(hood.inverse))
     lowest = values[hood.rows]
     if len(lowest) < len(values):
         np.minimum.at(lowest, hood.inverse, values)
     return lowered(hood, lowest, theta, min(k, hood.k))[hood.inverse]
+
+
+def between_0_and_1(theta: float) -> None:
+    """Refuse other slopes: from 1 on neighbours hide each other, below 0 there is no fixed point."""
+    if not 0.0 < theta < 1.0:
+        raise InvalidInput(f"theta: expected between 0 and 1, got {theta}")
 
 
 def lowered(
