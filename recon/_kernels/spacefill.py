@@ -29,11 +29,24 @@ def chord(reach, distance):
 def meet(hi, hj, r, cosine, sine):
     """Where planes at distances hi, hj from the centre meet in a ball of radius r, their normals at an angle.
 
-    Gives half the common chord; its distance from the centres of discs i and j; the turn of the two circles at its ends.
+    Gives half the common chord; its distance from the centres of discs i and j; half the arcs of the two circles beyond
+    it; the turn of the circles at its ends. The turn comes from the arcs and the excess of the spherical triangle of
+    both normals and one end, so that it fits them where a disc is hardly more than a point. A normal that points away
+    from the end by more than a right angle is turned round, which leaves no 0 / 0.
     """
-    reach, _ = chord(r, hi)
+    reach, hi = chord(r, hi)
     half, di = chord(reach, (hj - hi * cosine) / sine)
-    return half, di, hi * sine - di * cosine, math.atan2(r * half * sine, r * r * cosine - hi * hj)
+    dj = hi * sine - di * cosine
+    arc_i, arc_j = math.atan2(half, di), math.atan2(half, dj)
+    across = -cosine if (hi < 0) != (hj < 0) else cosine
+    excess = 2 * math.atan2(half * sine, r + r * across + abs(hi) + abs(hj))
+    if hi < 0 and hj < 0:
+        excess += 2 * (arc_i + arc_j - math.pi)
+    elif hi < 0:
+        excess = 2 * arc_i - excess
+    elif hj < 0:
+        excess = 2 * arc_j - excess
+    return half, di, dj, arc_i, arc_j, math.pi - arc_i - arc_j + excess
 
 
 @kernel
@@ -74,8 +87,8 @@ def double_caps(balls, triangles, pieces):
             sine = math.sqrt(cx * cx + cy * cy + cz * cz) / (li * lj)
             r = math.sqrt(wp)
             hi, hj = 0.5 * (li + (wp - balls[i, 3]) / li), 0.5 * (lj + (wp - balls[j, 3]) / lj)
-            half, di, dj, turn = meet(hi, hj, r, cosine, sine)
-            angle_i, angle_j = 2 * math.atan2(half, di), 2 * math.atan2(half, dj)
+            half, di, dj, arc_i, arc_j, turn = meet(hi, hj, r, cosine, sine)
+            angle_i, angle_j = 2 * arc_i, 2 * arc_j
             area = r * (r * (2 * math.pi - 2 * turn) - angle_i * hi - angle_j * hj)
             disc_i = 0.5 * (r - hi) * (r + hi) * angle_i - di * half
             disc_j = 0.5 * (r - hj) * (r + hj) * angle_j - dj * half
@@ -114,15 +127,15 @@ def triple_caps(balls, tetrahedra, pieces):
             sjk = math.sqrt(x * x + y * y + z * z)
             x, y, z = ky * iz - kz * iy, kz * ix - kx * iz, kx * iy - ky * ix
             ski = math.sqrt(x * x + y * y + z * z)
-            # Twos of planes: half chords, distances of the chord from the centre of disc i, in it, and turns.
-            tij, dij, dji, turn_ij = meet(hi, hj, r, cij, sij)
-            tjk, djk, dkj, turn_jk = meet(hj, hk, r, cjk, sjk)
-            tki, dki, dik, turn_ki = meet(hk, hi, r, cki, ski)
+            # Twos of planes: half chords, distances of the chord in disc i and j, half arcs of both, turns.
+            tij, dij, dji, aij, aji, turn_ij = meet(hi, hj, r, cij, sij)
+            tjk, djk, dkj, ajk, akj, turn_jk = meet(hj, hk, r, cjk, sjk)
+            tki, dki, dik, aki, aik, turn_ki = meet(hk, hi, r, cki, ski)
             # Arcs: what two half-discs at an angle (that of the tetrahedron at the edge) have in common.
             gi, gj, gk = cjk - cij * cki, cki - cij * cjk, cij - cki * cjk
-            arc_i = math.atan2(tij, dij) + math.atan2(tki, dik) - math.atan2(span, gi)
-            arc_j = math.atan2(tij, dji) + math.atan2(tjk, djk) - math.atan2(span, gj)
-            arc_k = math.atan2(tki, dki) + math.atan2(tjk, dkj) - math.atan2(span, gk)
+            arc_i = aij + aik - math.atan2(span, gi)
+            arc_j = aji + ajk - math.atan2(span, gj)
+            arc_k = aki + akj - math.atan2(span, gk)
             area = r * (r * (2 * math.pi - turn_ij - turn_jk - turn_ki) - arc_i * hi - arc_j * hj - arc_k * hk)
             # Chords beyond the point where all three planes meet.
             eij = between(tij, (hk - hi * cki - dij * gi / sij) * sij / span)

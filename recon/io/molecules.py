@@ -160,7 +160,8 @@ def _element(line: str) -> str:
     said = line[76:78].strip().upper()
     if said and said.isalpha():
         return said
-    symbol = line[12:14]
-    if symbol[:1].isalpha() and symbol[1:2].isalpha() and symbol.upper() in BONDI and line[12:16].strip()[:1] != "H":
-        return symbol.upper()
+    symbol, name = line[12:14].upper(), line[12:16].strip()
+    hydrogen = symbol[:1] == "H" and len(name) == 4  # such as HG21, which has no room for alignment
+    if symbol.isalpha() and symbol in _NUMBERS and not hydrogen:
+        return symbol
     return next((letter.upper() for letter in line[12:16] if letter.isalpha()), "")
