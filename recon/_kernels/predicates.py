@@ -2,7 +2,7 @@
 
 Each test has three stages, and each stage answers only where it is certain:
 (A) plain floating point against a bound on its own error;
-(B) double-double against a bound, or, where the differences lie on a coarse grid, exact as it stands (`predicates_dd`);
+(B) where the differences lie on a coarse grid, exact as it stands; double-double against a bound (`predicates_dd`);
 (C) integers of as many digits as it takes (`exact`).
 
 Sign convention (paper, appendix B): `orient` is the sign of the determinant of the edge vectors from the first vertex.
@@ -28,8 +28,9 @@ import math
 import numpy as np
 
 from .compile import kernel
+from .determinants import max3, max4, orient3d_plain, power2d_plain, power3d_plain
 from .exact import determinant_sign
-from .predicates_dd import UNDECIDED, max3, max4, orient2d_dd, orient3d_dd, power2d_dd, power3d_dd
+from .predicates_dd import UNDECIDED, orient2d_dd, orient3d_dd, power2d_dd, power3d_dd
 
 _U = 2.0**-53
 _ORIENT2D = 2 * 4 * 1.1 * _U
@@ -64,8 +65,8 @@ def orient3d_filter(ax, ay, az, bx, by, bz, cx, cy, cz, dx, dy, dz):
     px, py, pz = bx - ax, by - ay, bz - az
     qx, qy, qz = cx - ax, cy - ay, cz - az
     rx, ry, rz = dx - ax, dy - ay, dz - az
-    determinant = (px * qy - py * qx) * rz + (py * qz - pz * qy) * rx + (pz * qx - px * qz) * ry
     m = max(max(max3(px, qx, rx), max3(py, qy, ry)), max3(pz, qz, rz))
+    determinant = orient3d_plain(px, py, pz, qx, qy, qz, rx, ry, rz)
     return certain(determinant, (_ORIENT3D * (m * m) + _SMALL) * (m + _SMALL))
 
 
@@ -75,12 +76,7 @@ def power2d_filter(ax, ay, az, aw, bx, by, bz, bw, cx, cy, cz, cw, ex, ey, ez, e
     ax, ay, az, aw = ax - ex, ay - ey, az - ez, aw - ew
     bx, by, bz, bw = bx - ex, by - ey, bz - ez, bw - ew
     cx, cy, cz, cw = cx - ex, cy - ey, cz - ez, cw - ew
-    ar = ax * ax + ay * ay + az * az
-    br = bx * bx + by * by + bz * bz
-    cr = cx * cx + cy * cy + cz * cz
-    ab, bc, ca = ay * bx - ax * by, by * cx - bx * cy, cy * ax - cx * ay
-    determinant = ab * (cr - cw) + bc * (ar - aw) + ca * (br - bw)
-    r2 = max3(ar, br, cr)
+    determinant, r2 = power2d_plain(ax, ay, az, aw, bx, by, bz, bw, cx, cy, cz, cw)
     return certain(determinant, (_POWER2D * r2 + _SMALL) * (r2 + max3(aw, bw, cw) + _SMALL))
 
 
@@ -91,17 +87,11 @@ def power3d_filter(ax, ay, az, aw, bx, by, bz, bw, cx, cy, cz, cw, dx, dy, dz, d
     bx, by, bz, bw = bx - ex, by - ey, bz - ez, bw - ew
     cx, cy, cz, cw = cx - ex, cy - ey, cz - ez, cw - ew
     dx, dy, dz, dw = dx - ex, dy - ey, dz - ez, dw - ew
-    ar = ax * ax + ay * ay + az * az
-    br = bx * bx + by * by + bz * bz
-    cr = cx * cx + cy * cy + cz * cz
-    dr = dx * dx + dy * dy + dz * dz
-    ab, bc, cd = ax * by - ay * bx, bx * cy - by * cx, cx * dy - cy * dx
-    da, ac, bd = dx * ay - dy * ax, ax * cy - ay * cx, bx * dy - by * dx
-    abc, bcd = az * bc - bz * ac + cz * ab, bz * cd - cz * bd + dz * bc
-    cda, dab = cz * da + dz * ac + az * cd, dz * ab + az * bd + bz * da
-    determinant = (abc * (dr - dw) - bcd * (ar - aw)) + (cda * (br - bw) - dab * (cr - cw))
-    r2 = max(max(ar, br), max(cr, dr))
-    return certain(determinant, (_POWER3D * (r2 * math.sqrt(r2)) + _SMALL) * (r2 + max4(aw, bw, cw, dw) + _SMALL))
+    determinant, r2 = power3d_plain(ax, ay, az, aw, bx, by, bz, bw, cx, cy, cz, cw, dx, dy, dz, dw)
+    return certain(
+        determinant,
+        (_POWER3D * (r2 * math.sqrt(r2)) + _SMALL) * (r2 + max4(aw, bw, cw, dw) + _SMALL),
+    )
 
 
 # --- all stages ------------------------------------------------------------------------------------------------------
@@ -200,7 +190,31 @@ def power2d_perturbed(ax, ay, az, aw, bx, by, bz, bw, cx, cy, cz, cw, ex, ey, ez
 
 @kernel
 def power3d_perturbed(
-    ax, ay, az, aw, bx, by, bz, bw, cx, cy, cz, cw, dx, dy, dz, dw, ex, ey, ez, ew, ia, ib, ic, id, ie
+    ax,
+    ay,
+    az,
+    aw,
+    bx,
+    by,
+    bz,
+    bw,
+    cx,
+    cy,
+    cz,
+    cw,
+    dx,
+    dy,
+    dz,
+    dw,
+    ex,
+    ey,
+    ez,
+    ew,
+    ia,
+    ib,
+    ic,
+    id,
+    ie,
 ):
     """Perturbed sign of `power3d` for a positive cell; never 0. `ia` .. `ie` are the point indices."""
     s = power3d(ax, ay, az, aw, bx, by, bz, bw, cx, cy, cz, cw, dx, dy, dz, dw, ex, ey, ez, ew)

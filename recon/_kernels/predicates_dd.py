@@ -7,8 +7,9 @@ differences up to 2**60 and P above 2**-700: nothing overflows, and what underfl
 on its way up by less than 2**250) stays far below the bound. Outside of that range nothing is claimed.
 
 A determinant that is zero, as on integer grids or in quantised scans, is never beyond a bound. But where all differences
-are multiples of some g = 2**e, and the determinant is a sum of products below 2**104 times the power of g that belongs to
-it, then everything was computed exactly (see `doubledouble`), and zero means zero.
+are multiples of some g = 2**e, those of weights of g**2, and the sum of all products is below 2**53 or 2**104 times the
+power of g that belongs to it, then everything was computed exactly, in plain floating point or in double-double (see
+`doubledouble`), and zero means zero. One bit of each is left for the rounding of P.
 """
 
 from __future__ import annotations
@@ -18,6 +19,14 @@ import math
 import numpy as np
 
 from .compile import kernel
+from .determinants import (
+    max3,
+    max4,
+    orient3d_plain,
+    power2d_plain,
+    power3d_plain,
+    sign_of,
+)
 from .doubledouble import dd_add, dd_cross, dd_dot3, dd_mul, dd_sub, two_diff
 
 ORIENT_DD = 2.0**-98
@@ -27,28 +36,22 @@ DD_MIN = 2.0**-700
 UNDECIDED = 2
 
 
-@kernel(inline="always")
-def max3(a, b, c):
-    """Largest magnitude of three."""
-    return max(max(abs(a), abs(b)), abs(c))
-
-
-@kernel(inline="always")
-def max4(a, b, c, d):
-    """Largest magnitude of four."""
-    return max(max(abs(a), abs(b)), max(abs(c), abs(d)))
+@kernel
+def grid(product, bits, degree):
+    """Smallest g = 2**e with product < 2**bits g**degree, and 1 / g."""
+    e = -((bits - math.frexp(product)[1]) // degree)
+    return math.ldexp(1.0, e), math.ldexp(1.0, -e)
 
 
 @kernel
-def sign_of(x):
-    """Sign of a float as an integer."""
-    return 1 if x > 0.0 else (-1 if x < 0.0 else 0)
-
-
-@kernel
-def on_grid(hi, lo, g, scale):
-    """Whether hi and lo are multiples of g, a power of two, and scale = 1 / g; what underflows is not."""
-    return np.floor(hi * scale) * g == hi and np.floor(lo * scale) * g == lo
+def on_grid(x, y, z, w, g, scale):
+    """Whether x, y and z are multiples of g, and w of g**2; scale = 1 / g. What underflows is not."""
+    return (
+        np.floor(x * scale) * g == x
+        and np.floor(y * scale) * g == y
+        and np.floor(z * scale) * g == z
+        and np.floor(w * scale * scale) * g * g == w
+    )
 
 
 @kernel
@@ -74,14 +77,11 @@ def orient2d_dd(ax, ay, bx, by, cx, cy):
     determinant, _ = dd_cross(px, pxl, py, pyl, qx, qxl, qy, qyl)
     if abs(determinant) > ORIENT_DD * product:
         return sign_of(determinant)
-    # Exact if all differences are multiples of g = 2**e and 2 product < 2**104 g**2.
-    e = -((103 - math.frexp(product)[1]) // 2)
-    g, scale = math.ldexp(1.0, e), math.ldexp(1.0, -e)
+    g, scale = grid(2.0 * product, 103, 2)
     if (
-        on_grid(px, pxl, g, scale)
-        and on_grid(py, pyl, g, scale)
-        and on_grid(qx, qxl, g, scale)
-        and on_grid(qy, qyl, g, scale)
+        on_grid(px, py, pxl, 0.0, g, scale)
+        and on_grid(qx, qy, qxl, 0.0, g, scale)
+        and on_grid(pyl, qyl, 0.0, 0.0, g, scale)
     ):
         return sign_of(determinant)
     return UNDECIDED
@@ -105,25 +105,29 @@ def orient3d_dd(ax, ay, az, bx, by, bz, cx, cy, cz, dx, dy, dz):
     product = mx * my * mz
     if not (mx <= DD_MAX and my <= DD_MAX and mz <= DD_MAX and product >= DD_MIN):
         return UNDECIDED
+    exact = pxl == pyl == pzl == qxl == qyl == qzl == rxl == ryl == rzl == 0.0
+    g, scale = grid(6.0 * product, 52, 3)
+    if (
+        exact
+        and on_grid(px, py, pz, 0.0, g, scale)
+        and on_grid(qx, qy, qz, 0.0, g, scale)
+        and on_grid(rx, ry, rz, 0.0, g, scale)
+    ):
+        return sign_of(orient3d_plain(px, py, pz, qx, qy, qz, rx, ry, rz))
     xy, xyl = dd_cross(px, pxl, py, pyl, qx, qxl, qy, qyl)
     yz, yzl = dd_cross(py, pyl, pz, pzl, qy, qyl, qz, qzl)
     zx, zxl = dd_cross(pz, pzl, px, pxl, qz, qzl, qx, qxl)
     determinant, _ = dd_dot3(xy, xyl, yz, yzl, zx, zxl, rz, rzl, rx, rxl, ry, ryl)
     if abs(determinant) > ORIENT_DD * product:
         return sign_of(determinant)
-    # Exact if all differences are multiples of g = 2**e and 6 product < 2**104 g**3.
-    e = -((101 - math.frexp(product)[1]) // 3)
-    g, scale = math.ldexp(1.0, e), math.ldexp(1.0, -e)
+    g, scale = grid(6.0 * product, 103, 3)
     if (
-        on_grid(px, pxl, g, scale)
-        and on_grid(py, pyl, g, scale)
-        and on_grid(pz, pzl, g, scale)
-        and on_grid(qx, qxl, g, scale)
-        and on_grid(qy, qyl, g, scale)
-        and on_grid(qz, qzl, g, scale)
-        and on_grid(rx, rxl, g, scale)
-        and on_grid(ry, ryl, g, scale)
-        and on_grid(rz, rzl, g, scale)
+        on_grid(px, py, pz, 0.0, g, scale)
+        and on_grid(qx, qy, qz, 0.0, g, scale)
+        and on_grid(rx, ry, rz, 0.0, g, scale)
+        and on_grid(pxl, pyl, pzl, 0.0, g, scale)
+        and on_grid(qxl, qyl, qzl, 0.0, g, scale)
+        and on_grid(rxl, ryl, rzl, 0.0, g, scale)
     ):
         return sign_of(determinant)
     return UNDECIDED
@@ -152,6 +156,17 @@ def power2d_dd(ax, ay, az, aw, bx, by, bz, bw, cx, cy, cz, cw, ex, ey, ez, ew):
     product = mx * my * mh
     if not (mx <= DD_MAX and my <= DD_MAX and mz <= DD_MAX and mw <= DD_MAX * DD_MAX and product >= DD_MIN):
         return UNDECIDED
+
+    exact = axl == ayl == azl == awl == bxl == byl == bzl == bwl == cxl == cyl == czl == cwl == 0.0
+    g, scale = grid(6.0 * product, 52, 4)
+    if (
+        exact
+        and on_grid(ax, ay, az, aw, g, scale)
+        and on_grid(bx, by, bz, bw, g, scale)
+        and on_grid(cx, cy, cz, cw, g, scale)
+    ):
+        return sign_of(power2d_plain(ax, ay, az, aw, bx, by, bz, bw, cx, cy, cz, cw)[0])
+
     ah, ahl = dd_height(ax, axl, ay, ayl, az, azl, aw, awl)
     bh, bhl = dd_height(bx, bxl, by, byl, bz, bzl, bw, bwl)
     ch, chl = dd_height(cx, cxl, cy, cyl, cz, czl, cw, cwl)
@@ -161,22 +176,14 @@ def power2d_dd(ax, ay, az, aw, bx, by, bz, bw, cx, cy, cz, cw, ex, ey, ez, ew):
     determinant, _ = dd_dot3(ab, abl, bc, bcl, ca, cal, ch, chl, ah, ahl, bh, bhl)
     if abs(determinant) > POWER_DD * product:
         return sign_of(determinant)
-    # Exact if all differences are multiples of g = 2**e, those of weights of g**2, and 6 product < 2**104 g**4.
-    e = -((101 - math.frexp(product)[1]) // 4)
-    g, scale = math.ldexp(1.0, e), math.ldexp(1.0, -e)
+    g, scale = grid(6.0 * product, 103, 4)
     if (
-        on_grid(ax, axl, g, scale)
-        and on_grid(ay, ayl, g, scale)
-        and on_grid(az, azl, g, scale)
-        and on_grid(bx, bxl, g, scale)
-        and on_grid(by, byl, g, scale)
-        and on_grid(bz, bzl, g, scale)
-        and on_grid(cx, cxl, g, scale)
-        and on_grid(cy, cyl, g, scale)
-        and on_grid(cz, czl, g, scale)
-        and on_grid(aw, awl, g * g, scale * scale)
-        and on_grid(bw, bwl, g * g, scale * scale)
-        and on_grid(cw, cwl, g * g, scale * scale)
+        on_grid(ax, ay, az, aw, g, scale)
+        and on_grid(bx, by, bz, bw, g, scale)
+        and on_grid(cx, cy, cz, cw, g, scale)
+        and on_grid(axl, ayl, azl, awl, g, scale)
+        and on_grid(bxl, byl, bzl, bwl, g, scale)
+        and on_grid(cxl, cyl, czl, cwl, g, scale)
     ):
         return sign_of(determinant)
     return UNDECIDED
@@ -210,6 +217,18 @@ def power3d_dd(ax, ay, az, aw, bx, by, bz, bw, cx, cy, cz, cw, dx, dy, dz, dw, e
     if not (mx <= DD_MAX and my <= DD_MAX and mz <= DD_MAX and mw <= DD_MAX * DD_MAX and product >= DD_MIN):
         return UNDECIDED
 
+    exact = axl == ayl == azl == awl == bxl == byl == bzl == bwl == 0.0
+    exact = exact and cxl == cyl == czl == cwl == dxl == dyl == dzl == dwl == 0.0
+    g, scale = grid(24.0 * product, 52, 5)
+    if (
+        exact
+        and on_grid(ax, ay, az, aw, g, scale)
+        and on_grid(bx, by, bz, bw, g, scale)
+        and on_grid(cx, cy, cz, cw, g, scale)
+        and on_grid(dx, dy, dz, dw, g, scale)
+    ):
+        return sign_of(power3d_plain(ax, ay, az, aw, bx, by, bz, bw, cx, cy, cz, cw, dx, dy, dz, dw)[0])
+
     ah, ahl = dd_height(ax, axl, ay, ayl, az, azl, aw, awl)
     bh, bhl = dd_height(bx, bxl, by, byl, bz, bzl, bw, bwl)
     ch, chl = dd_height(cx, cxl, cy, cyl, cz, czl, cw, cwl)
@@ -229,26 +248,16 @@ def power3d_dd(ax, ay, az, aw, bx, by, bz, bw, cx, cy, cz, cw, dx, dy, dz, dw, e
     determinant, _ = dd_add(s, sl, -t, -tl)
     if abs(determinant) > POWER_DD * product:
         return sign_of(determinant)
-    # Exact if all differences are multiples of g = 2**e, those of weights of g**2, and 24 product < 2**104 g**5.
-    e = -((99 - math.frexp(product)[1]) // 5)
-    g, scale = math.ldexp(1.0, e), math.ldexp(1.0, -e)
+    g, scale = grid(24.0 * product, 103, 5)
     if (
-        on_grid(ax, axl, g, scale)
-        and on_grid(ay, ayl, g, scale)
-        and on_grid(az, azl, g, scale)
-        and on_grid(bx, bxl, g, scale)
-        and on_grid(by, byl, g, scale)
-        and on_grid(bz, bzl, g, scale)
-        and on_grid(cx, cxl, g, scale)
-        and on_grid(cy, cyl, g, scale)
-        and on_grid(cz, czl, g, scale)
-        and on_grid(dx, dxl, g, scale)
-        and on_grid(dy, dyl, g, scale)
-        and on_grid(dz, dzl, g, scale)
-        and on_grid(aw, awl, g * g, scale * scale)
-        and on_grid(bw, bwl, g * g, scale * scale)
-        and on_grid(cw, cwl, g * g, scale * scale)
-        and on_grid(dw, dwl, g * g, scale * scale)
+        on_grid(ax, ay, az, aw, g, scale)
+        and on_grid(bx, by, bz, bw, g, scale)
+        and on_grid(cx, cy, cz, cw, g, scale)
+        and on_grid(dx, dy, dz, dw, g, scale)
+        and on_grid(axl, ayl, azl, awl, g, scale)
+        and on_grid(bxl, byl, bzl, bwl, g, scale)
+        and on_grid(cxl, cyl, czl, cwl, g, scale)
+        and on_grid(dxl, dyl, dzl, dwl, g, scale)
     ):
         return sign_of(determinant)
     return UNDECIDED
