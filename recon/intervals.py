@@ -192,15 +192,13 @@ class Family:
         # Euler: R triangulates a ball, so that vertices - edges + triangles - tetrahedra = 1.
         cells = len(triangulation.cells) if triangulation.dimension == 3 else 0
         count = n - len(triangulation.hidden) + len(faces.rho) - cells - 1
-        rows, starts, code = np.empty((count, 2), np.int32), np.empty(n + 1, np.int64), np.empty(count, np.uint8)
-        rho, lower, upper = np.empty((3, count))
+        starts, rows, _, code, reals = self._arrays(count, 2, 3)
         scratch = np.empty(n + 2, np.int64), np.empty((len(faces.rho), 3))
-        status = kernels.edges_of_triangles(
-            points, integral, faces.simplices, faces.starts, faces.rho, faces.mu_lower, faces.mu_upper, faces.code,
-            *scratch, rows, starts, rho, lower, upper, code,
-        )  # fmt: skip
+        level = faces.simplices, faces.starts, faces.rho, faces.mu_lower, faces.mu_upper, faces.code
+        status = kernels.edges_of_triangles(points, integral, *level, *scratch, rows, starts, code, reals)
         if status:
             raise InvalidInput("triangulation: not of a ball, as its Euler characteristic is not 1")
+        rho, lower, upper = reals
         settle(points, integral, rows, rho, code)
         return Level(rows, starts, _unscaled(rho, exponent), lower, upper, code)
 

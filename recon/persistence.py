@@ -80,10 +80,9 @@ class Pairs:
                 self._paired[k] = link[:-1], cells
             elif k == 0:
                 vertices, edges = self.family.level(0), self.family.level(1)
-                ends = np.searchsorted(vertices.simplices[:, 0], edges.simplices).astype(np.int32)
+                first, second = np.searchsorted(vertices.simplices[:, 0], edges.simplices.T).astype(np.int32)
                 link, into = np.empty((2, len(vertices.rho)), np.int32)
-                order = _order(edges.entry)
-                kernels.merge_tree(order, ends[:, 0], ends[:, 1], vertices.entry, link, into)
+                kernels.merge_tree(_order(edges.entry), first, second, vertices.entry, link, into)
                 ended = np.flatnonzero(link >= 0).astype(np.int32)
                 self._paired[k] = ended, link[ended]
             else:
@@ -100,7 +99,7 @@ class Pairs:
             facets = self.family.level(self.dimension - 1)
             age = np.append(-self.family.cell_sizes, -np.inf)
             link, into = np.empty((2, len(age)), np.int32)
-            order = _order(facets.entry)[::-1]
+            order = _order(facets.entry)[::-1].copy()
             kernels.merge_tree(order, first, np.where(second < 0, len(age) - 1, second), age, link, into)
             self._tree = link, into
         return self._tree

@@ -86,8 +86,8 @@ def wide_integers(rng):
 
 
 def skew_integers(rng):
-    """Right angles askew, of 7 to 12 bits: their products pass 53 bits somewhere on the way."""
-    a = rng.integers(2**5, 2 ** rng.integers(6, 11), 3)
+    """Right angles askew, of 6 to 16 bits: their products pass 53 bits somewhere on the way."""
+    a = rng.integers(2**5, 2 ** rng.integers(6, 16), 3)
     b = np.cross(a, rng.integers(-2, 3, 3)) + [0, 0, int(rng.integers(0, 20) == 0)]
     points = np.array([[0, 0, 0], a, b, a + b + rng.integers(-3, 4, 3)]).astype(float)
     return points[rng.permutation(4)], np.zeros(4)

@@ -187,26 +187,12 @@ def measure_triangles(scaled, integral, cells, neighbors, starts, rows, owner, c
 
 @kernel
 def edges_of_triangles(
-    scaled,
-    integral,
-    rows,
-    starts,
-    rho,
-    lower,
-    upper,
-    code,
-    middle,
-    records,
-    edges,
-    edge_starts,
-    e_rho,
-    e_lower,
-    e_upper,
-    e_code,
+    scaled, integral, rows, starts, rho, lower, upper, code, middle, records, edges, edge_starts, edge_code, reals
 ):
     """Fill in the level of edges, lexicographic, from that of triangles; status 1 where their number does not fit.
 
-    Scratch: `middle` (n+2,); `records` (s, 3), triangles by middle vertex: last vertex and code, entry, upper bound.
+    Reals are rho, lower, upper. Scratch: `middle` (n+2,); `records` (s, 3), triangles by middle vertex: last vertex and
+    code, entry, upper bound.
     """
     n = len(starts) - 1
     middle[:] = 0
@@ -232,10 +218,8 @@ def edges_of_triangles(
     for v in range(n):
         edge_starts[v] = e
         size = 0
-        own = 2 * (starts[v + 1] - starts[v])
-        for t in range(
-            own + middle[v + 1] - middle[v]
-        ):  # its triangles as first vertex twice, for both edges; then as middle
+        own = 2 * (starts[v + 1] - starts[v])  # visits: to triangles it is first in, for both edges; then middle in
+        for t in range(own + middle[v + 1] - middle[v]):
             if t < own:
                 f, j = starts[v] + (t >> 1), 2 - (t & 1)
                 u, bits, entry, bound = np.int64(rows[f, 3 - j]), np.int64(code[f]), rho[f], upper[f]
@@ -270,13 +254,13 @@ def edges_of_triangles(
             gap //= 3
         for k in range(size):
             u, bits = ends[k], flags[k]
-            e_rho[e], signs = edge(
+            reals[0, e], signs = edge(
                 scaled[v, 0], scaled[v, 1], scaled[v, 2], scaled[v, 3],
                 scaled[u, 0], scaled[u, 1], scaled[u, 2], scaled[u, 3], integral,
             )  # fmt: skip
             edges[e, 0], edges[e, 1] = v, u
-            e_lower[e], e_upper[e] = least[k], math.inf if bits & HULL else most[k]
-            e_code[e] = bits | (3 if signs >> 4 else signs)
+            reals[1, e], reals[2, e] = least[k], math.inf if bits & HULL else most[k]
+            edge_code[e] = bits | (3 if signs >> 4 else signs)
             e += 1
     edge_starts[n] = e
     return 0 if e == len(edges) else 1
