@@ -1,0 +1,1 @@
+"""Large clouds: the same answers from pieces."""
