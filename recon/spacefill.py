@@ -142,8 +142,9 @@ class SpaceFillingDiagram:
     def pockets(self) -> Cavities:
         """The parts of the unbounded component that narrow towards the outside, and the mouths through which they open.
 
-        Cells that do not flow to infinity: a cell flows through a facet that its orthocentre lies beyond. Voids are
-        not counted.
+        Cells that do not flow to infinity: a cell flows through a facet that its orthocentre lies beyond (Edelsbrunner,
+        Facello and Liang 1998). Voids are not counted. Balls are shared out by the angles of the cells at their
+        centres, as for voids, where that is exact; what of a ball bulges through a mouth is counted inside.
         """
         if not self._fills_space:
             return self._cavities(None, None)

@@ -210,6 +210,27 @@ def test_measures_do_not_depend_on_names_and_splits(rows, d):
     assert shifted.volume == pytest.approx(made.volume, rel=1e-11, abs=1e-11)
 
 
+@pytest.mark.parametrize("d", [2, 3])
+@pytest.mark.parametrize("scale", [1.0, 0.1, 1 / 3])
+@pytest.mark.parametrize("square", [0.3, 0.6, 0.9])
+def test_slivers_of_a_jittered_grid_do_no_harm(d, scale, square):
+    """Jitter at the last bits makes flat cells with corners anywhere; measures change as little as the points do."""
+    grid = np.argwhere(np.ones((4,) * d)).astype(float)
+    made = space_filling_diagram(grid, np.full(len(grid), square))
+    for jitter in (0.0, 1e-16, 1e-15, 1e-12, 1e-8):
+        moved = scale * grid * (1 + jitter * np.random.default_rng(1).normal(size=grid.shape)) + 0.1
+        other = space_filling_diagram(moved, np.full(len(grid), square * scale**2))
+        error = 1e-13 + 100 * max(jitter, 2e-16)
+        assert np.abs(other.ball_volumes / scale**d - made.ball_volumes).max() < error
+        assert np.abs(other.ball_areas / scale ** (d - 1) - made.ball_areas).max() < error
+
+
+def test_a_ball_that_touches_another_from_within_leaves_its_turn():
+    """A point-sized ball on two spheres: the circles on it have no size, but their angles must fit together."""
+    made = space_filling_diagram([[0, 0, 0], [0, 0, -1], [0, 1, 1]], [1, 0, 5])
+    assert made.volume == pytest.approx(space_filling_diagram([[0, 0, 0], [0, 1, 1]], [1, 5]).volume, rel=1e-13)
+
+
 def test_a_flat_cloud_in_space_is_the_limit_of_thick_ones():
     points, weights = cloud(3, 12, d=2)
     flat = space_filling_diagram(np.c_[points, np.zeros(12)], weights)

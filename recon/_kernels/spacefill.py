@@ -50,11 +50,25 @@ def meet(hi, hj, r, cosine, sine):
 
 
 @kernel
-def between(half, offset):
-    """Length of a chord beyond a point of it, given from its middle."""
-    if offset != offset:  # 0 / 0: the three planes share the line, any point of it will do
-        offset = 0.0
-    return half - min(max(offset, -half), half)
+def corner(ix, iy, iz, jx, jy, jz, kx, ky, kz, hi, hk, half, di, cosine, sine):
+    """Where three planes meet in a ball: on the line of planes i and j, no further from its middle than half the chord.
+
+    Normals i, j, k; distances from the centre of planes i and k; the chord, its distance in disc i, angle of i and j.
+    """
+    a, b = hi - di * cosine / sine, di / sine
+    x, y, z = a * ix + b * jx, a * iy + b * jy, a * iz + b * jz
+    ux, uy, uz = (iy * jz - iz * jy) / sine, (iz * jx - ix * jz) / sine, (ix * jy - iy * jx) / sine
+    along = (hk - x * kx - y * ky - z * kz) / (ux * kx + uy * ky + uz * kz)
+    if along != along:  # 0 / 0: the three planes share the line, any point of it will do
+        along = 0.0
+    along = min(max(along, -half), half)
+    return x + along * ux, y + along * uy, z + along * uz
+
+
+@kernel
+def beyond(half, x, y, z, ux, uy, uz, sine):
+    """Length of a chord beyond the corner, in the direction u / sine."""
+    return half - min(max((x * ux + y * uy + z * uz) / sine, -half), half)
 
 
 @kernel
@@ -120,13 +134,15 @@ def triple_caps(balls, tetrahedra, pieces):
             )
             # Cosines and sines of the angles between the normals; the volume that the normals span.
             cij, cjk, cki = ix * jx + iy * jy + iz * jz, jx * kx + jy * ky + jz * kz, kx * ix + ky * iy + kz * iz
-            x, y, z = iy * jz - iz * jy, iz * jx - ix * jz, ix * jy - iy * jx
-            sij = math.sqrt(x * x + y * y + z * z)
-            span = abs(x * kx + y * ky + z * kz)
-            x, y, z = jy * kz - jz * ky, jz * kx - jx * kz, jx * ky - jy * kx
-            sjk = math.sqrt(x * x + y * y + z * z)
-            x, y, z = ky * iz - kz * iy, kz * ix - kx * iz, kx * iy - ky * ix
-            ski = math.sqrt(x * x + y * y + z * z)
+            ux, uy, uz = iy * jz - iz * jy, iz * jx - ix * jz, ix * jy - iy * jx
+            vx, vy, vz = jy * kz - jz * ky, jz * kx - jx * kz, jx * ky - jy * kx
+            wx, wy, wz = ky * iz - kz * iy, kz * ix - kx * iz, kx * iy - ky * ix
+            sij = math.sqrt(ux * ux + uy * uy + uz * uz)
+            sjk = math.sqrt(vx * vx + vy * vy + vz * vz)
+            ski = math.sqrt(wx * wx + wy * wy + wz * wz)
+            span = ux * kx + uy * ky + uz * kz
+            side = 1.0 if span >= 0 else -1.0
+            span = abs(span)
             # Twos of planes: half chords, distances of the chord in disc i and j, half arcs of both, turns.
             tij, dij, dji, aij, aji, turn_ij = meet(hi, hj, r, cij, sij)
             tjk, djk, dkj, ajk, akj, turn_jk = meet(hj, hk, r, cjk, sjk)
@@ -137,10 +153,16 @@ def triple_caps(balls, tetrahedra, pieces):
             arc_j = aji + ajk - math.atan2(span, gj)
             arc_k = aki + akj - math.atan2(span, gk)
             area = r * (r * (2 * math.pi - turn_ij - turn_jk - turn_ki) - arc_i * hi - arc_j * hj - arc_k * hk)
-            # Chords beyond the point where all three planes meet.
-            eij = between(tij, (hk - hi * cki - dij * gi / sij) * sij / span)
-            ejk = between(tjk, (hi - hj * cij - djk * gj / sjk) * sjk / span)
-            eki = between(tki, (hj - hk * cjk - dki * gk / ski) * ski / span)
+            # One corner for all three chords, found on the line that is best known, so that they fit in flat cells too.
+            if sij >= sjk and sij >= ski:
+                x, y, z = corner(ix, iy, iz, jx, jy, jz, kx, ky, kz, hi, hk, tij, dij, cij, sij)
+            elif sjk >= ski:
+                x, y, z = corner(jx, jy, jz, kx, ky, kz, ix, iy, iz, hj, hi, tjk, djk, cjk, sjk)
+            else:
+                x, y, z = corner(kx, ky, kz, ix, iy, iz, jx, jy, jz, hk, hj, tki, dki, cki, ski)
+            eij = beyond(tij, x, y, z, side * ux, side * uy, side * uz, sij)
+            ejk = beyond(tjk, x, y, z, side * vx, side * vy, side * vz, sjk)
+            eki = beyond(tki, x, y, z, side * wx, side * wy, side * wz, ski)
             disc_i = (r - hi) * (r + hi) * arc_i - dij * eij - dik * eki
             disc_j = (r - hj) * (r + hj) * arc_j - dji * eij - djk * ejk
             disc_k = (r - hk) * (r + hk) * arc_k - dki * eki - dkj * ejk
@@ -176,7 +198,9 @@ def double_segments(balls, triangles, pieces):
             tj, hj = chord(r, 0.5 * (lj + (wp - balls[j, 3]) / lj))
             cosine, sine = (ix * jx + iy * jy) / (li * lj), abs(ix * jy - iy * jx) / (li * lj)
             arc = math.atan2(ti, hi) + math.atan2(tj, hj) - math.atan2(sine, cosine)
-            ei, ej = between(ti, (hj - hi * cosine) / sine), between(tj, (hi - hj * cosine) / sine)
+            _, di = chord(ti, (hj - hi * cosine) / sine)
+            _, dj = chord(tj, hi * sine - di * cosine)
+            ei, ej = ti - di, tj - dj
             pieces[t, a, 0] = 0.5 * (r * r * arc - hi * ei - hj * ej)
             pieces[t, a, 1] = r * arc
 
