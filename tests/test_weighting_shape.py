@@ -6,9 +6,13 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
 
 import datasets_synthetic
 import weighting
+from weighting._frame import normal_of
 
 
 def sample(name, n=6000, **how):
@@ -36,6 +40,35 @@ def test_the_error_of_curvature_is_what_it_says(name, noise):
     inner = np.median(np.abs(score))
     assert 0.4 < inner < 1.1  # 0.67 for a normal distribution
     assert (np.abs(score) < 3).mean() > 0.95
+
+
+@pytest.mark.parametrize("name", ["sphere", "torus", "ellipsoid"])
+def test_without_noise_the_error_holds_the_bias(name):
+    surface, cloud = sample(name)
+    found = weighting.curvature(cloud.points)
+    off = np.abs(found.principal - truth(surface, cloud, found))
+    assert (off < 3 * found.error).mean() > 0.95
+    assert np.median(found.error[:, 0]) < 0.03 * np.median(np.abs(found.principal[:, 0]))
+
+
+@settings(deadline=None)
+@given(hnp.arrays(np.int64, (5, 3), elements=st.integers(-3, 3)), st.sampled_from([1.0, 1e-3, 1e-9]))
+def test_the_normal_is_the_eigenvector_of_the_smallest_eigenvalue(rows, flat):
+    rows = rows * np.array([1.0, 1.0, flat])
+    a = rows.T @ rows
+    n = np.array(normal_of(a[0, 0], a[0, 1], a[0, 2], a[1, 1], a[1, 2], a[2, 2]))
+    assert np.linalg.norm(n) == pytest.approx(1.0)
+    values = np.linalg.eigvalsh(a)
+    assert n @ a @ n - values[0] <= 1e-6 * values[2]
+
+
+@pytest.mark.parametrize("axis", [(1, 0, 0), (0, 0, 1), (1, 2, 2), (-3, 0, 4)])
+@pytest.mark.parametrize("length", [1.0, 2.0**-200, 0.0])
+def test_the_normal_of_a_line_is_across_it(axis, length):
+    a = np.outer(axis, axis) * length
+    n = np.array(normal_of(a[0, 0], a[0, 1], a[0, 2], a[1, 1], a[1, 2], a[2, 2]))
+    assert np.linalg.norm(n) == pytest.approx(1.0)
+    assert length == 0.0 or abs(n @ axis) < 1e-7
 
 
 def test_curvature_of_a_torus_without_noise():
@@ -174,6 +207,18 @@ def test_an_outlier_gets_no_bigger_ball_than_its_surroundings():
         assert (weights[3000:] <= weights[:3000].max() * 4).all()
         alone = weighting.adaptive_weights(cloud.points, radius=radius)
         assert np.allclose(weights[:3000], alone, rtol=1e-12)
+
+
+def test_the_ball_of_an_outlier_is_what_its_surroundings_lead_to_expect():
+    _, cloud = sample("torus", outliers=0.1)
+    flagged = weighting.outliers(cloud.points)
+    radius = np.sqrt(weighting.adaptive_weights(cloud.points))
+    clean = weighting.spacing(cloud.points[~cloud.is_outlier]).max()
+    away = np.linalg.norm(cloud.points[flagged][:, None] - cloud.points[~cloud.is_outlier][None, ::10], axis=2).min(
+        axis=1
+    )
+    assert (radius[flagged] <= 2 * clean + 0.05 * 2 * away).all()  # the way through neighbours is a detour
+    assert weighting.spacing(cloud.points)[flagged].max() > 1.5 * radius[flagged].max()
 
 
 def test_sparse_parts_of_a_surface_are_no_outliers():
