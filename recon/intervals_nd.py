@@ -1,13 +1,13 @@
 """Sizes, attachment and interval bounds in any dimension, by arrays: the plain twin of the kernels (paper, section 5).
 
 Floats decide where a bound proves that they can: the system G x = h for the orthocentre (G the Gram matrix of the edges
-from the first vertex, h_i = |e_i|^2 + w_0 - w_i) is solved with a verified enclosure. The rest goes to fractions.
+from the first vertex, h_i = |e_i|^2 + w_0 - w_i) is solved and its error enclosed. The rest goes to fractions.
 """
 
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,8 +18,11 @@ from .regular import RegularTriangulation
 if TYPE_CHECKING:
     from .intervals import Level
 
+Pair = tuple[Any, Any]  # a double-double: two arrays, the second the rounding error of the first
+
 _U = 2.0**-53
 _ACCURACY = 2.0**-40  # of a size, in units of |rho| + max |w|
+_BLOCK = 1 << 14  # simplices at a time
 
 
 def levels(triangulation: RegularTriangulation, level: type[Level]) -> dict[int, Level]:
@@ -70,46 +73,105 @@ def measure(
 
     Signs are certain, and sizes off by less than 2**-40 (|rho| + max |w|).
     """
-    k, d = simplices.shape[1] - 1, points.shape[1]
-    edges = points[simplices[:, 1:]] - points[simplices[:, :1]]
-    w = weights[simplices]
-    difference = w[:, :1] - w[:, 1:]
-    # Exact scaling by powers of two: each edge to a length near 1, all heights by the largest.
-    length = np.linalg.norm(edges, axis=2)
-    with np.errstate(all="ignore"):  # what over- or underflows, or is singular, fails the test below
-        scale = np.exp2(np.round(np.log2(length)))
-        unit = edges / scale[:, :, None]
-        gram = unit @ unit.transpose(0, 2, 1)
-        height = np.einsum("sid,sid->si", unit, unit) * scale + difference / scale
-        size_of_height = length**2 / scale + np.abs(difference) / scale
-        u = 4 * (d + 4) * _U
-        inverse = _inverse(gram)
-        x = np.einsum("sij,sj->si", inverse, height)
-        product = np.abs(gram) @ np.abs(x)[:, :, None]
-        residual = np.abs(height - np.einsum("sij,sj->si", gram, x))
-        residual += u * (size_of_height + product[:, :, 0] + np.abs(x) @ np.ones((k, k)))
-        defect = np.abs(np.eye(k) - inverse @ gram) + u * (np.abs(inverse) @ (np.abs(gram) + 1))
-        beta = defect.sum(axis=2).max(axis=1)
-        error = np.einsum("sij,sj->si", np.abs(inverse), residual).max(axis=1) / (1 - beta) * (1 + u)
-        x_error = (error[:, None] + u * np.abs(x)) / scale  # of 2 lambda
-        x = x / scale
-        shares = np.concatenate([2 - x.sum(axis=1, keepdims=True), x], axis=1)
-        first = x_error.sum(axis=1, keepdims=True) + u * (2 + np.abs(x).sum(axis=1, keepdims=True))
-        x_error = np.concatenate([first, x_error], axis=1)
-        power = np.einsum("si,si->s", height * scale, x) / 4
-        rho = power - w[:, 0]
-        height_size = size_of_height * scale
-        power_error = np.einsum("si,si->s", height_size, x_error[:, 1:] + 4 * u * np.abs(x))
-        tame = (scale > 2.0**-400).all(axis=1) & (scale < 2.0**400).all(axis=1) & (np.abs(w) < 2.0**800).all(axis=1)
-        certain = tame & (beta < 0.5) & (np.abs(shares) > x_error).all(axis=1)
-        accurate = tame & (beta < 0.5) & (power_error <= _ACCURACY * (np.abs(rho) + np.abs(w).max(axis=1)))
-        signs = np.nan_to_num(np.sign(shares)).astype(np.int8)
-    for i in np.flatnonzero(~(certain & accurate)):
-        exact_rho, exact_shares = exact_simplex(points[simplices[i]].tolist(), w[i].tolist())
-        if not accurate[i]:
-            rho[i] = _to_float(exact_rho)
-        signs[i] = [(share > 0) - (share < 0) for share in exact_shares]
+    rho, signs = np.empty(len(simplices)), np.empty(simplices.shape, np.int8)
+    for start in range(0, len(simplices), _BLOCK):
+        block = slice(start, start + _BLOCK)
+        p, w = points[simplices[block]], weights[simplices[block]]
+        with np.errstate(all="ignore"):  # what over- or underflows, or is singular, fails every test
+            rho[block], signs[block], certain, accurate = _enclose(p, w)
+        for i in np.flatnonzero(~(certain & accurate)):
+            exact_rho, exact_shares = exact_simplex(p[i].tolist(), w[i].tolist())
+            if not accurate[i]:
+                rho[start + i] = _to_float(exact_rho)
+            signs[start + i] = [(share > 0) - (share < 0) for share in exact_shares]
     return rho, signs
+
+
+def _enclose(
+    p: NDArray[np.float64], w: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.int8], NDArray[np.bool_], NDArray[np.bool_]]:
+    """Give sizes and signs of simplices p (s, k+1, d), w (s, k+1), and which signs and which sizes are proven.
+
+    Newton's correction with residuals in double-doubles, and Rump's bound: where |I - R G| <= beta < 1 for an approximate
+    inverse R, the error of x is at most |R r| / (1 - beta), r the residual.
+    """
+    k, d = p.shape[1] - 1, p.shape[2]
+    u = 4 * (d + 4) * _U
+    edges = _two_sum(p[:, 1:], -p[:, :1])
+    difference = _two_sum(w[:, :1], -w[:, 1:])
+    # Each equation and unknown is scaled by a power of two, so that edges have lengths near 1.
+    length = np.linalg.norm(edges[0], axis=2)
+    scale = np.exp2(np.round(np.log2(length)))
+    unit = edges[0] / scale[:, :, None], edges[1] / scale[:, :, None]
+    gram = unit[0] @ unit[0].transpose(0, 2, 1)
+    inverse = _inverse(gram)
+    bulk = length**2 / scale + np.abs(difference[0]) / scale
+
+    x = np.zeros(w[:, 1:].shape)
+    for _ in range(4):
+        step = difference[0] / scale, difference[1] / scale
+        for c in range(d):
+            rest = edges[0][:, :, c], edges[1][:, :, c]  # of an edge, beyond x
+            for j in range(k):
+                part = _product((x[:, j, None], 0.0), (unit[0][:, j, None, c], unit[1][:, j, None, c]))
+                rest = _sum(rest, (-part[0], -part[1]))
+            step = _sum(step, _product((unit[0][:, :, c], unit[1][:, :, c]), rest))
+        residual = step[0]
+        correction = np.einsum("sij,sj->si", inverse, residual)
+        x = x + correction
+    x = x - correction  # the residual is that of this x
+    spread = np.abs(x).sum(axis=1, keepdims=True)
+    doubt = (k + d) * 2.0**-96 * (bulk + 2 * spread) + u * np.abs(residual)
+    defect = np.abs(np.eye(k) - inverse @ gram) + u * (np.abs(inverse) @ (np.abs(gram) + 1))
+    beta = defect.sum(axis=2).max(axis=1)
+    error = np.abs(correction) + np.einsum("sij,sj->si", np.abs(inverse), doubt)
+    error = error.max(axis=1) / (1 - beta) * (1 + u)
+
+    x_error = (error[:, None] + u * np.abs(x)) / scale
+    x = x / scale  # 2 lambda
+    shares = np.concatenate([2 - x.sum(axis=1, keepdims=True), x], axis=1)
+    first = x_error.sum(axis=1, keepdims=True) + u * (2 + np.abs(x).sum(axis=1, keepdims=True))
+    height = difference
+    for c in range(d):
+        height = _sum(height, _product((edges[0][:, :, c], edges[1][:, :, c]), (edges[0][:, :, c], edges[1][:, :, c])))
+    rho = -w[:, 0], 0.0
+    for j in range(k):
+        better = 0.25 * x[:, j], 0.25 * (correction / scale)[:, j]
+        rho = _sum(rho, _product((height[0][:, j], height[1][:, j]), better))
+    rho_error = np.einsum("si,si->s", bulk * scale, x_error + 4 * u * np.abs(x))
+    proven = (scale > 2.0**-400).all(axis=1) & (scale < 2.0**400).all(axis=1) & (np.abs(w) < 2.0**800).all(axis=1)
+    proven &= beta < 0.5
+    certain = proven & (np.abs(shares) > np.concatenate([first, x_error], axis=1)).all(axis=1)
+    accurate = proven & (rho_error <= _ACCURACY * (np.abs(rho[0]) + np.abs(w).max(axis=1)))
+    return rho[0], np.nan_to_num(np.sign(shares)).astype(np.int8), certain, accurate
+
+
+def _two_sum(a: NDArray, b: NDArray) -> Pair:
+    """Sum and its rounding error."""
+    s = a + b
+    t = s - a
+    return s, (a - (s - t)) + (b - t)
+
+
+def _sum(a: Pair, b: Pair) -> Pair:
+    """Sum of two double-doubles."""
+    s, e = _two_sum(a[0], b[0])
+    t, f = _two_sum(a[1], b[1])
+    s, e = _two_sum(s, e + t)
+    return _two_sum(s, e + f)
+
+
+def _product(a: Pair, b: Pair) -> Pair:
+    """Product of two double-doubles, by Dekker's splitting."""
+    x, y = a[0], b[0]
+    p = x * y
+    c = 134217729.0 * x
+    x_high = c - (c - x)
+    c = 134217729.0 * y
+    y_high = c - (c - y)
+    x_low, y_low = x - x_high, y - y_high
+    e = x_low * y_low - (((p - x_high * y_high) - x_low * y_high) - x_high * y_low)
+    return _two_sum(p, e + (x * b[1] + a[1] * y))
 
 
 def exact_simplex(points: list[list[float]], weights: list[float]) -> tuple[Fraction, list[Fraction]]:
