@@ -61,6 +61,26 @@ def clustered_sphere(rng, n):
     return x / np.linalg.norm(x, axis=1)[:, None], np.zeros(n)
 
 
+def flattened(rng, n):
+    """Weights |p|**2 but for their rounding: heights almost zero, every power test almost a tie."""
+    x = rng.normal(size=(n, 3))
+    return x, (x * x).sum(axis=1)
+
+
+def wide_integers(rng, n):
+    """Zero in more and more bits: where plain floating point, then double-double, is no longer exact."""
+    reach = 2 ** rng.integers(6, 26)
+    x = rng.integers(-reach, reach + 1, (n, 3)).astype(float)
+    if rng.integers(2):
+        x[:, 2] = 2 * x[:, 0] - x[:, 1]
+    return x, (x * x).sum(axis=1) + rng.choice([0, 0, 0, 0, 1], n)
+
+
+def vanishing(rng, n):
+    """Products of three coordinates are denormal, and round to far more than a part in 2**53."""
+    return rng.integers(-3, 4, (n, 3)) / 3.0 * 2.0**-355, rng.integers(-3, 4, n) * 2.0**100
+
+
 def utm(rng, n):
     return np.array([5e5, 5.4e6, 200.0]) + rng.integers(0, 300, (n, 3)) * 0.01, np.zeros(n)
 
@@ -107,6 +127,9 @@ FAMILIES = [
     single_precision_plane,
     sphere,
     clustered_sphere,
+    flattened,
+    wide_integers,
+    vanishing,
     utm,
     mixed_exponents,
     extreme_exponents,
@@ -154,9 +177,9 @@ def test_no_stage_ever_claims_a_wrong_sign(family):
         for truth, arguments, stage_a, stage_b in cases:
             assert stage_a(*arguments) in (0, truth), (stage_a, arguments.tolist())
             assert stage_b(*arguments) in (UNDECIDED, truth), (stage_b, arguments.tolist())
-        assert determinant_sign(xw[[1, 2, 3, 0]].ravel(), 3, False) == orient_exact(x[:4])
-        assert determinant_sign(xw.ravel(), 4, True) == power_exact(x, w, 3)
-        assert -determinant_sign(xw[:4].ravel(), 3, True) == power_exact(x[:4], w[:4], 2)
+        assert determinant_sign(xw[[1, 2, 3, 0]].ravel(), 0) == orient_exact(x[:4])
+        assert determinant_sign(xw.ravel(), 1) == power_exact(x, w, 3)
+        assert -determinant_sign(xw[:4].ravel(), 1) == power_exact(x[:4], w[:4], 2)
 
 
 def test_double_double_recognises_zero_on_grids():

@@ -86,12 +86,13 @@ def add_product(digits, at, a, a_length, b, b_length, factor):
 
 
 @kernel
-def determinant_sign(points, n, lifted):
-    """Sign of the n x n determinant of the differences of n points from one, the last column replaced if `lifted`.
+def determinant_sign(points, lifted):
+    """Sign of the n x n determinant of the differences of n points from one, the last column replaced if `lifted` (1).
 
     points: x, y, z, w of the n points and of the one, flat. The height, which replaces the last column, is
     |difference|**2 - (difference of the weights), over x, y and z. By Laplace expansion over subsets of rows.
     """
+    n = points.size // 4 - 1
     columns = 3 if lifted else n
     unit, top = _FAR, -_FAR
     for i in range(n + 1):

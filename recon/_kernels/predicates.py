@@ -39,6 +39,7 @@ _POWER1D = 2 * 9 * 1.1 * _U
 _POWER2D = 6 * 13 * 1.1 * _U
 _POWER3D = 24 * 18 * 1.1 * _U
 _SMALL = 2.0**-500
+_PLAIN, _LIFTED = np.int64(0), np.int64(1)
 LAST = 1 << 62  # an index behind all others
 
 
@@ -106,7 +107,7 @@ def orient2d(ax, ay, bx, by, cx, cy):
     s = orient2d_dd(ax, ay, bx, by, cx, cy)
     if s != UNDECIDED:
         return s
-    return determinant_sign(np.array((bx, by, 0.0, 0.0, cx, cy, 0.0, 0.0, ax, ay, 0.0, 0.0)), 2, False)
+    return determinant_sign(np.array((bx, by, 0.0, 0.0, cx, cy, 0.0, 0.0, ax, ay, 0.0, 0.0)), _PLAIN)
 
 
 @kernel
@@ -119,7 +120,7 @@ def orient3d(ax, ay, az, bx, by, bz, cx, cy, cz, dx, dy, dz):
     if s != UNDECIDED:
         return s
     rows = np.array((bx, by, bz, 0.0, cx, cy, cz, 0.0, dx, dy, dz, 0.0, ax, ay, az, 0.0))
-    return determinant_sign(rows, 3, False)
+    return determinant_sign(rows, _PLAIN)
 
 
 @kernel
@@ -133,7 +134,7 @@ def power1d(ax, ay, az, aw, bx, by, bz, bw, ex, ey, ez, ew):
     s = certain(px * (qr - qw) - qx * (pr - pw), bound)
     if s != 0:
         return s
-    return determinant_sign(np.array((ax, ay, az, aw, bx, by, bz, bw, ex, ey, ez, ew)), 2, True)
+    return determinant_sign(np.array((ax, ay, az, aw, bx, by, bz, bw, ex, ey, ez, ew)), _LIFTED)
 
 
 @kernel
@@ -149,7 +150,7 @@ def power2d(ax, ay, az, aw, bx, by, bz, bw, cx, cy, cz, cw, ex, ey, ez, ew):
     if s != UNDECIDED:
         return s
     rows = np.array((ax, ay, az, aw, bx, by, bz, bw, cx, cy, cz, cw, ex, ey, ez, ew))
-    return -determinant_sign(rows, 3, True)
+    return -determinant_sign(rows, _LIFTED)
 
 
 @kernel
@@ -162,7 +163,7 @@ def power3d(ax, ay, az, aw, bx, by, bz, bw, cx, cy, cz, cw, dx, dy, dz, dw, ex, 
     if s != UNDECIDED:
         return s
     rows = np.array((ax, ay, az, aw, bx, by, bz, bw, cx, cy, cz, cw, dx, dy, dz, dw, ex, ey, ez, ew))
-    return determinant_sign(rows, 4, True)
+    return determinant_sign(rows, _LIFTED)
 
 
 # --- ties: heights h_i - eps_i with eps_0 >> eps_1 >> ..., by point index ---------------------------------------------

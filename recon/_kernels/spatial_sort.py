@@ -39,11 +39,13 @@ def hilbert_order(points: NDArray[np.float64]) -> NDArray[np.int64]:
 @kernel
 def bounding_box(points):
     """Lower corner of the box of some points, and its longest side."""
-    low, high = points[0].copy(), points[0].copy()
-    for i in range(points.shape[0]):
-        for k in range(3):
-            low[k], high[k] = min(low[k], points[i, k]), max(high[k], points[i, k])
-    return low, (high - low).max()
+    low, extent = np.empty(3), 0.0
+    for k in range(3):
+        lowest, highest = points[0, k], points[0, k]
+        for i in range(points.shape[0]):
+            lowest, highest = min(lowest, points[i, k]), max(highest, points[i, k])
+        low[k], extent = lowest, max(extent, highest - lowest)
+    return low, extent
 
 
 @kernel

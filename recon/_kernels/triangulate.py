@@ -80,7 +80,8 @@ def span(points):
     u = 0
     while a[u] == p[u]:
         u += 1
-    axes[:] = (np.arange(3) + u) % 3
+    for k in range(3):
+        axes[k] = (u + k) % 3
 
     s, c = 0, b
     while s == 0 and c + 1 < n:
@@ -90,7 +91,7 @@ def span(points):
             u, v = (0 if t > 0 else 1), (2 if t < 2 else 1)
             s = orient2d(a[u], a[v], p[u], p[v], q[u], q[v])
             if s != 0:
-                axes[:] = np.array((u, v, t))
+                axes[0], axes[1], axes[2] = u, v, t
                 break
     if s == 0:
         return 1, simplex, axes
