@@ -224,6 +224,22 @@ def test_the_plain_twin_is_certain_in_any_dimension(d, integers):
             assert abs(Fraction(rho[i]) - size) <= ACCURACY * bound
 
 
+@pytest.mark.parametrize("d", [1, 2, 3, 5])
+def test_the_plain_twin_is_certain_of_centres_on_faces(d):
+    """Weights that put the orthocentre on a face, but for rounding."""
+    rng = np.random.default_rng(d)
+    points = rng.normal(size=(200, d + 1, d))
+    shares = rng.random((200, d + 1)) * (
+        rng.permuted(np.tile(np.arange(d + 1), (200, 1)), axis=1) < rng.integers(1, d + 1)
+    )
+    centre = np.einsum("si,sid->sd", shares / shares.sum(axis=1, keepdims=True), points)
+    weights = ((points - centre[:, None]) ** 2).sum(axis=2) - rng.random((200, 1))
+    simplices = np.arange(200 * (d + 1), dtype=np.int32).reshape(200, d + 1)
+    _, signs = intervals_nd.measure(points.reshape(-1, d), weights.ravel(), simplices)
+    for i in range(200):
+        assert signs[i].tolist() == [(share > 0) - (share < 0) for share in truth(points[i], weights[i])[1]]
+
+
 @pytest.mark.parametrize("power", [-900, -333, -20, 0, 20, 300])
 def test_scaling_is_exact_and_undone(power):
     rng = np.random.default_rng(0)
