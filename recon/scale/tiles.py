@@ -64,7 +64,7 @@ def tiled_boundary(
     tiles = threads if tiles is None else tiles
     if threads < 1 or tiles < 1:
         raise InvalidInput(f"threads, tiles: expected at least 1, got {threads}, {tiles}")
-    dimension, simplex, _ = span(located) if d == 3 else (d, None, None)
+    dimension, simplex, _ = span(located) if d == 3 else (d, np.empty(0, np.int64), None)
     if tiles == 1 or d != 3 or dimension < 3:
         return AlphaComplex(regular_triangulation(located, w)).boundary(alpha)
     extra = np.sort(simplex)  # to every tile: else the points of one might span less, and be triangulated in their flat
