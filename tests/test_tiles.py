@@ -52,6 +52,13 @@ def test_nothing_at_all_within_reach():
     assert len(tiled_boundary(np.random.default_rng(3).uniform(size=(100, 3)), None, -1.0)) == 0
 
 
-def test_no_threads_are_refused():
-    with pytest.raises(InvalidInput):
-        tiled_boundary(np.eye(3), threads=0)
+def test_everything_at_infinity():
+    points = np.random.default_rng(4).uniform(size=(300, 3))
+    expected, found = alpha_complex(points).boundary(np.inf), tiled_boundary(points, None, np.inf, tiles=4)
+    assert found.facets.tolist() == expected.facets.tolist()
+
+
+def test_senseless_requests_are_refused():
+    for request in ({"threads": 0}, {"tiles": 0}, {"alpha": np.nan}):
+        with pytest.raises(InvalidInput):
+            tiled_boundary(np.eye(3), **request)

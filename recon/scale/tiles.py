@@ -64,10 +64,12 @@ def tiled_boundary(
     tiles = threads if tiles is None else tiles
     if threads < 1 or tiles < 1:
         raise InvalidInput(f"threads, tiles: expected at least 1, got {threads}, {tiles}")
-    dimension, simplex, _ = span(located) if d == 3 else (d, np.empty(0, np.int64), None)
-    if tiles == 1 or d != 3 or dimension < 3:
+    if np.isnan(alpha):
+        raise InvalidInput("alpha: expected a number, got NaN")
+    spanned = span(located) if d == 3 and tiles > 1 else None
+    if spanned is None or spanned[0] < 3:
         return AlphaComplex(regular_triangulation(located, w)).boundary(alpha)
-    extra = np.sort(simplex)  # to every tile: else the points of one might span less, and be triangulated in their flat
+    extra = np.sort(spanned[1])  # in every tile: else its points might span less, and be triangulated in their flat
     squares = w + alpha
     radii = np.where(squares >= 0.0, np.sqrt(np.maximum(squares, 0.0)), -1.0)
     tile_of = _cut(located, np.flatnonzero(radii >= 0.0), tiles)
