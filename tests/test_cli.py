@@ -68,7 +68,7 @@ def test_help_names_every_command_and_needs_no_numpy():
 def test_help_of_each_command_has_examples(command):
     result = run(command, "--help")
     assert result.exit_code == 0
-    assert f"recon {command}" in result.output.partition("Examples:")[2]
+    assert f"recon {command}" in result.stdout.partition("Examples:")[2]
 
 
 def test_version_and_module_entry():
@@ -143,7 +143,7 @@ def test_info_says_what_a_cloud_is(tmp_path):
     assert run("sample", "torus", tmp_path / "p.ply", "-n", 3000, "--truth").exit_code == 0
     result = run("info", tmp_path / "p.ply")
     assert result.exit_code == 0
-    words = dict(line.split(maxsplit=1) for line in result.output.splitlines())
+    words = dict(line.split(maxsplit=1) for line in result.stdout.splitlines())
     assert words["points"] == "3,000 in 3-D"
     assert words["surface"] == "looks closed"
     assert "normals (float64 x 3)" in words["attributes"]
@@ -152,7 +152,7 @@ def test_info_says_what_a_cloud_is(tmp_path):
 def test_info_json_of_two_files_is_a_list(tmp_path, tetrahedron):
     (tmp_path / "p.xy").write_text("0 0\n1 1\n0 1\n0 1\n")
     result = run("info", tetrahedron, tmp_path / "p.xy", "--json")
-    first, second = json.loads(result.output)
+    first, second = json.loads(result.stdout)
     assert (first["faces"], first["points"], first["span"]) == (4, 4, 3)
     assert (second["dimension"], second["duplicates"], second["spacing"]) == (2, 1, None)
 
@@ -168,12 +168,12 @@ def test_info_drops_invalid_rows_on_request(tmp_path):
     (tmp_path / "p.xyz").write_text("1 2 3\nnan 0 0\n4 5 6\n")
     one_line(run("info", tmp_path / "p.xyz"), 2, "line 2 is no point", "--drop-invalid")
     result = run("info", tmp_path / "p.xyz", "--drop-invalid", "--json")
-    assert (json.loads(result.output)["points"], json.loads(result.output)["dropped"]) == (2, 1)
+    assert (json.loads(result.stdout)["points"], json.loads(result.stdout)["dropped"]) == (2, 1)
 
 
 def test_info_reads_standard_input():
     result = run("info", "-", "--from", "xyz", "--json", stdin="1 2 3\n4 5 7\n")
-    assert json.loads(result.output)["points"] == 2
+    assert json.loads(result.stdout)["points"] == 2
 
 
 @pytest.mark.parametrize(
@@ -244,7 +244,7 @@ def test_sample_refuses_nonsense_in_one_line(tmp_path, monkeypatch, args, part):
 
 def test_measure_prints_name_value_and_meaning(tetrahedron):
     result = run("measure", tetrahedron)
-    rows = {line.split()[0]: line for line in result.output.splitlines()}
+    rows = {line.split()[0]: line for line in result.stdout.splitlines()}
     assert "0.166667 L^3" in rows["volume"]
     assert rows["closed"].split()[1] == "yes"
 
@@ -254,7 +254,7 @@ def test_measure_against_a_mesh_a_cloud_and_a_surface(tmp_path, tetrahedron):
     recon.write_points([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]], tmp_path / "corners.xyz")
     for reference in (tetrahedron, tmp_path / "corners.xyz", "sphere:radius=2"):
         result = run("measure", tetrahedron, reference, "--samples", 500, "--json")
-        against[str(reference)] = {row["name"]: row["value"] for row in json.loads(result.output)}
+        against[str(reference)] = {row["name"]: row["value"] for row in json.loads(result.stdout)}
     same, corners, sphere = against.values()
     assert same["hausdorff"] < 1e-12
     assert corners["from_reference_max"] < 1e-12 < corners["to_reference_max"]
@@ -293,7 +293,7 @@ def test_bad_files_are_one_line_in_every_command(tmp_path):
 def test_stdin_is_read_as_bytes():
     data = io.BytesIO()
     np.save(data, np.eye(3))
-    assert json.loads(run("info", "-", "--json", stdin=data.getvalue()).output)["points"] == 3
+    assert json.loads(run("info", "-", "--json", stdin=data.getvalue()).stdout)["points"] == 3
 
 
 # ---- alphas
@@ -304,7 +304,7 @@ def test_alphas_of_a_square_are_those_of_pencil_and_paper(tmp_path):
     result = run(
         "alphas", tmp_path / "square.xy", "--weights", "uniform", "--at", "0.5", "--at", "1.5", "--at", "3", "--json"
     )
-    found = json.loads(result.output)
+    found = json.loads(result.stdout)
     assert [state["betti"][:2] for state in found["states"]] == [[4, 0], [1, 1], [1, 0]]
     assert found["lasting"] == [{"birth": 1.0, "death": 2.0}]
     assert (found["lowest"], found["highest"]) == (0.0, 2.0)
@@ -314,7 +314,7 @@ def test_alphas_show_the_inside_of_a_torus_as_the_most_lasting_void(tmp_path):
     run("sample", "torus", tmp_path / "t.xyz", "-n", 1500, "--spacing", "blue")
     result = run("alphas", tmp_path / "t.xyz", "--voids", 2, "--steps", 5)
     assert result.exit_code == 0, result.output
-    rows = [line.split() for line in result.output.splitlines()]
+    rows = [line.split() for line in result.stdout.splitlines()]
     assert ["alpha", "components", "tunnels", "voids", "facets"] in rows
     assert any(row[:1] == ["0"] for row in rows)
     lasting = {row[0]: float(row[3]) for row in rows[-2:]}

@@ -75,7 +75,7 @@ def test_standard_streams_carry_points_in_and_a_mesh_out(cloud, torus, tmp_path)
 
 
 def test_quiet_prints_nothing_and_json_is_json(cloud, tmp_path):
-    assert run("reconstruct", cloud, tmp_path / "a.obj", "--quiet").output == ""
+    assert run("reconstruct", cloud, tmp_path / "a.obj", "--quiet").stdout == ""
     result = run("reconstruct", cloud, tmp_path / "b.ply", "--json", "--report", tmp_path / "r.json")
     report = json.loads(result.stdout)
     written = json.loads((tmp_path / "r.json").read_text())
