@@ -13,6 +13,8 @@ PACKAGES = ("recon", "weighting", "datasets_synthetic")
 ORDER = [
     "cli", "stages", "pipeline", "report", "metrics", "postprocess", "surface", "alpha", "regular", "_kernels", "contracts",
 ]  # fmt: skip
+# Weights that are judged by the complex that they make stand beside the pipeline.
+ABOVE_SURFACE = {"weighting.enforce", "weighting.closing"}
 OPTIONAL = {"open3d", "pymeshlab", "trimesh", "laspy", "gudhi", "pyvista", "networkx", "matplotlib"}
 
 
@@ -53,7 +55,9 @@ def test_imports_point_down(path):
             assert not other.startswith("recon.") or other.startswith(("recon._kernels", "recon.__version__")), other
         if name.startswith("datasets_synthetic"):
             assert not other.startswith(("recon", "weighting")), f"{name} imports {other}"
-        if name.startswith("weighting"):
+        if name in ABOVE_SURFACE:
+            assert theirs is None or theirs >= ORDER.index("surface"), f"{name} imports {other}"
+        elif name.startswith("weighting"):
             assert not other.startswith("recon.") or other.startswith(("recon.contracts", "recon._kernels")), other
         if name.startswith("recon.certificates"):
             assert not other.startswith("recon._kernels"), f"{name} imports {other}"

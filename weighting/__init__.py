@@ -9,8 +9,10 @@
 """
 
 from .adaptive import adaptive_weights
+from .contradiction import Contradiction, NotRegular
 from .covering import covering
 from .density import spacing
+from .enforce import enforce
 from .grading import graded
 from .neighborhood import Neighborhood, neighbors
 from .shape import Curvature, curvature, noise
@@ -18,11 +20,14 @@ from .stray import outliers
 from .thickness import sufficient_weight, thickness
 
 __all__ = [
+    "Contradiction",
     "Curvature",
     "Neighborhood",
+    "NotRegular",
     "adaptive_weights",
     "covering",
     "curvature",
+    "enforce",
     "graded",
     "neighbors",
     "noise",
