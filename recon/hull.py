@@ -89,11 +89,10 @@ class Exact:
     """Signs of weighted points as the rational numbers that they are, brought to integers by one power of two."""
 
     def __init__(self, points: NDArray[np.float64], weights: NDArray[np.float64]):
-        unit = _unit(points, weights)
-        self._points = [[_integer(x, unit) for x in row] for row in points.tolist()]
-        self._heights = [
-            sum(x * x for x in row) - _integer(w, 2 * unit) for row, w in zip(self._points, weights.tolist())
-        ]
+        unit = common_unit(points, weights)
+        located = integers(points, unit)
+        self._points: list[list[int]] = located.tolist()
+        self._heights: list[int] = ((located * located).sum(axis=1) - integers(weights, 2 * unit)).tolist()
         self._axes: list[int] = []
 
     def span(self, rows: NDArray[np.int64]) -> tuple[list[int], list[int]]:
@@ -162,7 +161,7 @@ def _scaled(points: NDArray, weights: NDArray, axes: list[int]) -> tuple[NDArray
     trust[3] = 0.0
     if k + 1 > _MINORS_UP_TO:
         return table, trust
-    unit = _unit(points, weights)
+    unit = common_unit(points, weights)
     whole = int(np.frexp(np.abs(points).max())[1]) - unit <= 26
     exponent = unit if whole else int(np.frexp(np.ptp(points, axis=0).max())[1])
     powers = np.append(np.full(d, exponent), 2 * exponent)
@@ -178,7 +177,7 @@ def _scaled(points: NDArray, weights: NDArray, axes: list[int]) -> tuple[NDArray
     return np.ascontiguousarray(scaled), trust
 
 
-def _unit(points: NDArray, weights: NDArray) -> int:
+def common_unit(points: NDArray, weights: NDArray) -> int:
     """The exponent e for which all coordinates are multiples of 2^e, and all weights of 4^e; as large as may be."""
     found = []
     for values in points, weights:
@@ -189,11 +188,13 @@ def _unit(points: NDArray, weights: NDArray) -> int:
     return min(found[0], found[1] // 2)
 
 
-def _integer(value: float, exponent: int) -> int:
-    """A multiple of 2^exponent, divided by it."""
-    over, under = value.as_integer_ratio()
-    shift = 1 - under.bit_length() - exponent
-    return over << shift if shift >= 0 else over >> -shift
+def integers(values: NDArray[np.float64], exponent: int) -> NDArray[np.object_]:
+    """Multiples of 2^exponent, divided by it: Python integers."""
+    mantissa, power = np.frexp(values)
+    whole = (mantissa * 2.0**53).astype(np.int64)
+    shift = power.astype(np.int64) - 53 - exponent
+    whole >>= np.clip(-shift, 0, 63)  # a mantissa ends in as many zeros
+    return whole.astype(object) << np.where(whole == 0, 0, np.maximum(shift, 0)).astype(object)
 
 
 def _sign_of_determinant(rows: list[list[int]]) -> int:

@@ -1,18 +1,18 @@
 """Sizes, attachment and interval bounds in any dimension, by arrays: the plain twin of the kernels (paper, section 5).
 
 Floats decide where a bound proves that they can: the system G x = h for the orthocentre (G the Gram matrix of the edges
-from the first vertex, h_i = |e_i|^2 + w_0 - w_i) is solved and its error enclosed. The rest goes to fractions.
+from the first vertex, h_i = |e_i|^2 + w_0 - w_i) is solved and its error enclosed. The rest goes to integers.
 """
 
 from __future__ import annotations
 
-from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ._kernels.alpha import ATTACHED, HULL
+from .hull import common_unit, integers
 from .regular import RegularTriangulation
 
 if TYPE_CHECKING:
@@ -79,11 +79,10 @@ def measure(
         p, w = points[simplices[block]], weights[simplices[block]]
         with np.errstate(all="ignore"):  # what over- or underflows, or is singular, fails every test
             rho[block], signs[block], certain, accurate = _enclose(p, w)
-        for i in np.flatnonzero(~(certain & accurate)):
-            exact_rho, exact_shares = exact_simplex(p[i].tolist(), w[i].tolist())
-            if not accurate[i]:
-                rho[start + i] = _to_float(exact_rho)
-            signs[start + i] = [(share > 0) - (share < 0) for share in exact_shares]
+        open_ = np.flatnonzero(~(certain & accurate))
+        if len(open_):
+            exact_rho, signs[start + open_] = _exactly(p[open_], w[open_])
+            rho[start + open_] = np.where(accurate[open_], rho[start + open_], exact_rho)
     return rho, signs
 
 
@@ -174,32 +173,34 @@ def _product(a: Pair, b: Pair) -> Pair:
     return _two_sum(p, e + (x * b[1] + a[1] * y))
 
 
-def exact_simplex(points: list[list[float]], weights: list[float]) -> tuple[Fraction, list[Fraction]]:
-    """Give the size of one independent simplex, and the barycentric coordinates of its orthocentre, as fractions."""
-    origin = [Fraction(x) for x in points[0]]
-    w = [Fraction(x) for x in weights]
-    edges = [[Fraction(x) - o for x, o in zip(point, origin)] for point in points[1:]]
-    rows = [[sum((a * b for a, b in zip(e, f)), Fraction(0)) for f in edges] for e in edges]
-    heights = [rows[i][i] + w[0] - w[i + 1] for i in range(len(edges))]
-    rows = [[*row, height] for row, height in zip(rows, heights)]
-    for i in range(len(rows)):  # a Gram matrix of independent edges is positive definite: no pivoting
-        rows[i] = [value / rows[i][i] for value in rows[i]]
-        for j in range(len(rows)):
-            if j != i and rows[j][i]:
-                rows[j] = [a - rows[j][i] * b for a, b in zip(rows[j], rows[i])]
-    x = [row[-1] for row in rows]
-    return sum((h * y for h, y in zip(heights, x)), Fraction(0)) / 4 - w[0], [
-        1 - sum(x, Fraction(0)) / 2,
-        *(y / 2 for y in x),
-    ]
+def _exactly(p: NDArray[np.float64], w: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int8]]:
+    """Give sizes, rounded once, and signs of independent simplices, by elimination of integers (Bareiss 1968)."""
+    k, unit = p.shape[1] - 1, common_unit(p, w)
+    located, weight = integers(p, unit), integers(w, 2 * unit)
+    edges = located[:, 1:] - located[:, :1]
+    gram = (edges[:, :, None] * edges[:, None]).sum(axis=3)
+    height = np.einsum("sii->si", gram) + weight[:, :1] - weight[:, 1:]
+    rows, last = np.concatenate([gram, height[:, :, None]], axis=2), np.ones((len(p), 1), object)
+    for i in range(k):  # a Gram matrix of independent edges is positive definite: no pivoting
+        head = rows[:, i, i, None].copy()
+        for j in range(k):
+            if j != i:
+                rows[:, j] = (rows[:, j] * head - rows[:, j, i, None] * rows[:, i]) // last
+        last = head
+    x, determinant = rows[:, :, k], last[:, 0]
+    shares = np.column_stack([2 * determinant - x.sum(axis=1), x])
+    size = (height * x).sum(axis=1) - 4 * determinant * weight[:, 0]
+    over, under = size << max(2 * unit, 0), 4 * determinant << max(-2 * unit, 0)
+    rho = np.array([_quotient(a, b) for a, b in zip(over, under)])
+    return rho, (shares > 0).astype(np.int8) - (shares < 0).astype(np.int8)
 
 
-def _to_float(value: Fraction) -> float:
+def _quotient(over: int, under: int) -> float:
     """Nearest float64, infinite beyond the range."""
     try:
-        return float(value)
+        return over / under
     except OverflowError:
-        return np.inf if value > 0 else -np.inf
+        return np.inf if over > 0 else -np.inf
 
 
 def _inverse(matrices: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -108,8 +108,11 @@ class Pairs:
         """All voids that last."""
         sizes = self.family.cell_sizes
         outside = len(sizes)
-        link, into = self.void_tree()
-        birth = self.family.level(self.dimension - 1).entry[link[:-1]]
+        if self.dimension == 0:
+            link, into, birth = np.full(2, -1, np.int32), np.full(2, -1, np.int32), sizes
+        else:
+            link, into = self.void_tree()
+            birth = self.family.level(self.dimension - 1).entry[link[:-1]]
         cell = np.flatnonzero(birth < sizes).astype(np.int32)
         cell = cell[np.lexsort((cell, -sizes[cell]))]
         number = np.full(outside + 1, -1, np.int32)
