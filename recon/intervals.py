@@ -246,9 +246,7 @@ class Family:
         kernels.lay_out(self._along_curve()[0], runs, *level, *laid_out)
         return laid_out
 
-    def _arrays(
-        self, count: int, width: int, reals: int
-    ) -> tuple[NDArray[np.int64], NDArray[np.int32], NDArray[np.int32], NDArray[np.uint8], NDArray[np.float64]]:
+    def _arrays(self, count: int, width: int, reals: int) -> tuple[NDArray, NDArray, NDArray, NDArray, NDArray]:
         """Room for a level: starts, rows, owner, code (all zero), and that many arrays of reals.
 
         From numpy, which asks for huge pages: arrays that the kernels make cost a page fault every 4 kB.
