@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from operator import index
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,11 +13,13 @@ from .boundary import Boundary, boundary_at
 from .choice import Choice, choices
 from .contracts import InvalidInput, require
 from .intervals import Family
+from .orthocenters import orthocenters
 from .persistence import Pairs, Voids
 from .regular import RegularTriangulation, regular_triangulation
 
 if TYPE_CHECKING:
     import gudhi  # type: ignore[import-untyped]
+    import networkx  # type: ignore[import-untyped]
     import pyvista  # type: ignore[import-not-found]
     import scipy.sparse  # type: ignore[import-untyped]
 
@@ -60,6 +64,12 @@ class AlphaComplex:
         """Give the size of every k-simplex [L^2] (s,): the weight of y_T, the smallest sphere orthogonal to it."""
         return self._family.level(self._dimension(k)).rho
 
+    def centers(self, k: int) -> NDArray[np.float64]:
+        """Give the location of y_T, of which `rho` is the weight, for every k-simplex [L] (s, d)."""
+        triangulation, rows = self.triangulation, self.simplices(k)
+        origin = np.zeros(triangulation.points.shape[1])
+        return orthocenters(triangulation.points, triangulation.weights, rows, origin)
+
     def attached(self, k: int) -> NDArray[np.bool_]:
         """Tell of every k-simplex whether y_T has a conflict (s,); such a one is never principal (5.2)."""
         return self._family.level(self._dimension(k)).attached
@@ -96,6 +106,49 @@ class AlphaComplex:
         """Tell of every k-simplex whether it is alpha-exposed, a face of W_alpha: singular or regular (s,)."""
         classes = self.classify(k, alpha)
         return (classes == SINGULAR) | (classes == REGULAR)
+
+    def link(self, simplex: Iterable[int], alpha: float = 0.0) -> tuple[NDArray[np.int32], ...]:
+        """Give the link of a simplex in K_alpha: the simplices apart from it that together with it make one of K_alpha.
+
+        Its topology tells the class of the simplex (5.1): a sphere for interior, nothing for singular.
+
+        Parameters
+        ----------
+        simplex : k+1 ints
+            Input rows, in any order.
+        alpha : float [L^2]
+
+        Returns
+        -------
+        tuple of (s, j+1) ndarray of int32
+            The j-simplices of the link, j = 0 .. d-k-1, in lexicographic order.
+
+        Raises
+        ------
+        InvalidInput
+            No simplex of R.
+
+        Examples
+        --------
+        >>> [part.tolist() for part in alpha_complex([[0, 0], [2, 0], [2, 2], [0, 2]]).link([0, 2], 2)]
+        [[[1], [3]]]
+        """
+        try:
+            vertices = sorted({index(row) for row in simplex})
+        except TypeError as error:
+            raise InvalidInput(f"simplex: expected input rows, got {simplex!r}") from error
+        k, alpha = len(vertices) - 1, _as_alpha(alpha)
+        if not 0 <= k <= self.dimension:
+            raise InvalidInput(f"simplex: expected 1 to {self.dimension + 1} input rows, got {simplex!r}")
+        if not (self.simplices(k) == vertices).all(axis=1).any():
+            raise InvalidInput(f"simplex: {vertices} is none of the triangulation")
+        found = []
+        for up in range(k + 1, self.dimension + 1):
+            rows = self.simplices(up)[self.entry(up) <= alpha]
+            shared = np.isin(rows, vertices)
+            around = shared.sum(axis=1) == k + 1
+            found.append(rows[around][~shared[around]].reshape(-1, up - k))
+        return tuple(found)
 
     def boundary(self, alpha: float = 0.0) -> Boundary:
         """Give the facets of W_alpha: the regular ones, which bound its interior, and the singular ones, which do not.
@@ -215,6 +268,17 @@ class AlphaComplex:
         for k in range(self.dimension + 1):
             tree.insert_batch(self.simplices(k).T.copy(), self.entry(k))  # it minds the strides of a view
         return tree
+
+    def to_networkx(self, alpha: float = 0.0) -> networkx.Graph:
+        """Give the vertices and edges of K_alpha as a graph; nodes are input rows, and all have their `entry`."""
+        graph = require("networkx", "peers").Graph()
+        there = [self.entry(k) <= alpha for k in range(min(1, self.dimension) + 1)]
+        for row, entry in zip(self.simplices(0)[there[0], 0].tolist(), self.entry(0)[there[0]].tolist()):
+            graph.add_node(row, entry=entry)
+        if self.dimension:
+            for (a, b), entry in zip(self.simplices(1)[there[1]].tolist(), self.entry(1)[there[1]].tolist()):
+                graph.add_edge(a, b, entry=entry)
+        return graph
 
     def to_pyvista(self, alpha: float = 0.0) -> pyvista.UnstructuredGrid:
         """Give K_alpha as a grid of its simplices of dimension 0 to 3, with cell data `rho` and `class`."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-from itertools import permutations
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +21,7 @@ from recon import (
     InvalidInput,
     RegularTriangulation,
     alpha_complex,
+    certify,
     intervals_nd,
     regular_triangulation,
 )
@@ -139,6 +139,21 @@ def test_dimensions_that_are_not_there_are_refused(k):
         alpha_complex(np.eye(3)[:, :2] @ [[1, 0], [0, 1]]).simplices(k)
 
 
+@pytest.mark.parametrize("simplex", [[], [0, 2], [0, 1, 2, 3], [7], [-1], [0.0, 1.0], "01", [[0], [1, 2]]])
+def test_links_of_what_is_no_simplex_are_refused(simplex):
+    with pytest.raises(InvalidInput):
+        alpha_complex([[0, 0], [3, 0], [3, 1], [0, 1]], [0.5, 0, 0.5, 0]).link(simplex if simplex != [0, 2] else [1, 3])
+
+
+def test_a_single_place_has_one_component_and_nothing_else():
+    for d in (1, 2, 3, 4):
+        complex_ = alpha_complex(np.ones((3, d)), [1.0, 2.0, 2.0])
+        assert rows(complex_.simplices(0)) == [(1,)] and complex_.rho(0).tolist() == [-2.0]
+        assert len(complex_.voids()) == 0 and complex_.persistence(0).tolist() == [[-2.0, math.inf]]
+        assert complex_.centers(0).tolist() == [[1.0] * d] and complex_.link([1]) == ()
+        assert [choice.alpha for choice in complex_.choices()] == [-2.0]
+
+
 @pytest.mark.parametrize("alpha", [math.nan, "0", None, [0.0, 1.0], True])
 def test_alphas_that_are_no_number_are_refused(alpha):
     complex_ = alpha_complex(np.eye(3))
@@ -213,32 +228,18 @@ def test_kernels_and_their_plain_twin_agree(name):
         assert (np.abs(twin[k].rho - complex_.rho(k)) <= 2.0**-39 * scale).all()
 
 
-def triangulated(oracle, points, weights) -> RegularTriangulation:
-    """R as the oracle has it, for any d."""
-    cells, neighbors, open_ = [], np.full((len(oracle.cells), oracle.dimension + 1), -1, np.int32), {}
-    for i, cell in enumerate(oracle.cells):
-        cells.append(next(p for p in permutations(cell) if oracle.oriented(p) > 0) if len(cell) > 1 else cell)
-        for j, v in enumerate(cells[i]):
-            facet = frozenset(cell) - {v}
-            if facet in open_:
-                other, slot = open_[facet]
-                neighbors[other, slot], neighbors[i, j] = i, other
-            open_[facet] = i, j
-    return RegularTriangulation(
-        points, weights, np.array(cells, np.int32), neighbors, np.array(oracle.hidden, np.int64)
-    )
-
-
-@pytest.mark.parametrize("seed", range(12))
-def test_four_dimensions_against_the_oracle(seed):
-    """Grids, generic clouds, and a cloud of 3-D points in a hyperplane of 4-D."""
+@pytest.mark.parametrize("d", [4, 5])
+@pytest.mark.parametrize("seed", range(9))
+def test_more_dimensions_against_the_oracle(d, seed):
+    """Grids, generic clouds, and clouds in a hyperplane."""
     rng = np.random.default_rng(seed)
-    cloud = rng.integers(-2, 3, (8, 5)).astype(float) if seed % 3 else rng.normal(size=(8, 5))
+    cloud = rng.integers(-2, 3, (8, d + 1)).astype(float) if seed % 3 else rng.normal(size=(8, d + 1))
     if seed % 3 == 2:
         cloud[:, 3] = cloud[:, 0] - cloud[:, 2]
-    points, weights = np.ascontiguousarray(cloud[:, :4]), cloud[:, 4].copy()
+    points, weights = np.ascontiguousarray(cloud[:, :d]), cloud[:, d].copy()
     oracle = Oracle(points, weights)
-    complex_ = alpha_complex(triangulated(oracle, points, weights))
+    complex_ = alpha_complex(points, weights)
+    certify(complex_)
     for k in range(oracle.dimension + 1):
         simplices = oracle.simplices(k)
         assert rows(complex_.simplices(k)) == simplices
@@ -247,7 +248,9 @@ def test_four_dimensions_against_the_oracle(seed):
             assert complex_.attached(k).tolist() == [oracle.attached(s) for s in simplices]
             assert complex_.on_hull(k).tolist() == [oracle.on_hull(s) for s in simplices]
             lower = [float(oracle.mu_lower(s)) for s in simplices]
+            upper = [float(oracle.mu_upper(s)) for s in simplices]
             assert complex_.mu_lower(k) == pytest.approx(lower, rel=1e-11, abs=1e-11)
+            assert complex_.mu_upper(k) == pytest.approx(upper, rel=1e-11, abs=1e-11)
     for alpha in (-1.3, 0.3, 0.9, 2.1, 17.3):
         boundary = complex_.boundary(alpha)
         exposed = complex_.simplices(oracle.dimension - 1)[complex_.exposed(oracle.dimension - 1, alpha)]
@@ -422,6 +425,17 @@ def test_vertices_have_no_boundary():
 
 
 @pytest.mark.peers
+def test_the_graph_of_networkx_has_the_components_of_the_complex():
+    networkx = pytest.importorskip("networkx")
+    complex_ = alpha_complex(*cloud("in the plane"))
+    for alpha in (-0.005, 0.0, 0.002):
+        graph = complex_.to_networkx(alpha)
+        assert [len(graph), graph.number_of_edges()] == complex_.f_vector(alpha)[:2].tolist()
+        assert networkx.number_connected_components(graph) == complex_.betti(alpha)[0]
+        assert max([*(e for *_, e in graph.nodes(data="entry")), *(e for *_, e in graph.edges(data="entry"))]) <= alpha
+    assert alpha_complex([[1.0, 2.0]]).to_networkx().number_of_nodes() == 1
+
+
 def test_the_grid_of_pyvista_has_the_simplices_of_the_complex():
     pytest.importorskip("pyvista")
     complex_ = alpha_complex(*cloud("torus"))

@@ -1,7 +1,7 @@
 """The theorems of Edelsbrunner's "Weighted alpha shapes" (1992), one test each, named by their numbers.
 
 Integers in [-3, 3] are cospherical, coplanar and duplicate most of the time; where a theorem needs general position, so
-does its test. Sections 3 (power diagram) and 4 are tested with the modules that make these.
+does its test. 3.1 of every face, and 4.2 with the components that it does not speak of, are tested with their modules.
 """
 
 from __future__ import annotations
@@ -14,11 +14,22 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from oracle import Oracle, determinant
+from oracle import Oracle, determinant, sign
+from scipy.optimize import linprog
 
-from recon import EXTERIOR, INTERIOR, REGULAR, SINGULAR, alpha_complex
+from recon import (
+    EXTERIOR,
+    INTERIOR,
+    REGULAR,
+    SINGULAR,
+    alpha_complex,
+    power_diagram,
+    regular_triangulation,
+    space_filling_diagram,
+)
 
 DIMENSIONS = pytest.mark.parametrize("d", [1, 2, 3])
+FOUR_TOO = pytest.mark.parametrize("d", [1, 2, 3, 4])
 
 
 def lattice(d, low=-3, high=3, n=8):
@@ -64,12 +75,17 @@ def each_simplex(complex_):
             yield k, i, simplex
 
 
-@DIMENSIONS
+@FOUR_TOO
 @given(data=st.data(), shift=st.integers(-5, 5))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 def test_2_1_power_is_the_same_for_p_plus_alpha_and_x_minus_alpha(d, data, shift):
     """So raising all weights by alpha lowers every size by alpha and changes neither R nor attachment."""
     points, weights = data.draw(lattice(d))
+    given_, raised = Oracle(points, weights), Oracle(points, weights + shift)
+    assert given_.cells == raised.cells
+    for simplex in given_.cells:
+        center, size = given_.orthosphere(simplex)
+        assert raised.orthosphere(simplex) == (center, size - shift)
     before, after = alpha_complex(points, weights), alpha_complex(points, weights + shift)
     for k in range(before.dimension + 1):
         assert rows(before.simplices(k)) == rows(after.simplices(k))
@@ -88,12 +104,74 @@ def test_2_2_the_shape_at_alpha_is_the_shape_at_zero_of_weights_raised_by_alpha(
         alpha = float(np.round(alpha * 2**20) / 2**20)  # so that weights + alpha is exact
         if np.abs(family.spectrum() - alpha).min() < 1e-5:
             continue
-        here, there = family.boundary(alpha), alpha_complex(points, weights + alpha).boundary(0.0)
+        raised = alpha_complex(points, weights + alpha)
+        here, there = family.boundary(alpha), raised.boundary(0.0)
         assert rows(here.facets) == rows(there.facets)
         assert here.singular.tolist() == there.singular.tolist()
+        for k in range(family.dimension + 1):
+            assert family.classify(k, alpha).tolist() == raised.classify(k, 0.0).tolist()
+
+
+@FOUR_TOO
+@given(data=st.data())
+@settings(max_examples=30, deadline=None)
+def test_section_2_the_shape_at_infinity_is_the_convex_hull(d, data):
+    points, weights = data.draw(lattice(d))
+    complex_, oracle = alpha_complex(points, weights), Oracle(points, weights)
+    d = complex_.dimension
+    for k in range(d):
+        exposed = complex_.simplices(k)[complex_.exposed(k, math.inf)]
+        assert rows(exposed) == [t for t in oracle.simplices(k) if oracle.on_hull(t)]
+        assert not complex_.exposed(k, -math.inf).any()
+    assert (complex_.classify(d, math.inf) == INTERIOR).all()
+    boundary = complex_.boundary(math.inf)
+    assert not boundary.singular.any() and len(boundary) == (complex_.on_hull(d - 1).sum() if d else 0)
+    assert len(complex_.boundary(-math.inf)) == 0
+
+
+@pytest.mark.parametrize("d", [1, 2, 3, 4])
+@given(data=st.data())
+@settings(max_examples=6, deadline=None)
+def test_3_1_a_simplex_is_regular_exactly_where_its_power_cell_is_not_empty(d, data):
+    """Every subset of at most d + 1 points: is any location as near to all of it as to no other? A linear program."""
+    points, weights = data.draw(generic(d, n=d + 3))
+    heights = (points**2).sum(axis=1) - weights
+    complex_ = alpha_complex(points, weights)
+    for k in range(d + 1):
+        regular = set(rows(complex_.simplices(k)))
+        for simplex in combinations(range(len(points)), k + 1):
+            first, others = simplex[0], [q for q in range(len(points)) if q not in simplex]
+            # pi(q, x) - pi(p, x) = h_q - h_p - 2 <q - p, x>: none for q in T, as much as can be for all others
+            beyond = np.column_stack([2 * (points[others] - points[first]), np.ones(len(others))])
+            equal = np.column_stack([2 * (points[list(simplex[1:])] - points[first]), np.zeros(k)])
+            found = linprog(
+                np.append(np.zeros(d), -1.0),
+                beyond, heights[others] - heights[first],
+                equal if k else None, heights[list(simplex[1:])] - heights[first] if k else None,
+                [(None, None)] * d + [(None, 1.0)],
+            )  # fmt: skip
+            assert (simplex in regular) == (found.status == 0 and -found.fun > 0)
 
 
 @DIMENSIONS
+@given(data=st.data())
+@settings(max_examples=30, deadline=None)
+def test_3_1_power_cells_of_simplices_are_not_empty_however_degenerate(d, data):
+    """And their corners, the orthocentres of the cells that T is a face of, are in no other half-space: in fractions."""
+    points, weights = data.draw(lattice(d))
+    diagram, oracle = power_diagram(regular_triangulation(points, weights)), Oracle(points, weights)
+    d = diagram.dimension
+    for k in range(d + 1):
+        faces = diagram.faces(d - k)
+        for i, simplex in enumerate(rows(faces.simplices)):
+            owners = [rows(np.sort(diagram.triangulation.cells[[c]]))[0] for c in faces.corners_of(i)]
+            assert sorted(owners) == [u for u in oracle.simplices(d) if set(simplex) <= set(u)]
+            for cell in owners:
+                powers = [oracle.power(q, cell) for q in range(len(points))]
+                assert min(powers) == 0 and all(powers[p] == 0 for p in simplex)
+
+
+@FOUR_TOO
 @given(data=st.data())
 @settings(max_examples=60, deadline=None)
 def test_3_2_sizes_grow_with_the_simplex(d, data):
@@ -124,6 +202,43 @@ def test_3_3_the_shape_is_the_underlying_space_of_the_complex(d, data):
 
 @DIMENSIONS
 @given(data=st.data())
+@settings(max_examples=15, deadline=None)
+def test_3_3_holds_of_the_simplices_of_R_however_degenerate(d, data):
+    """Of cospherical points R holds some of the simplices that section 2 exposes, and of those it holds all are faces."""
+    points, weights = data.draw(lattice(d, n=7))
+    complex_, oracle = alpha_complex(points, weights), Oracle(points, weights)
+    for alpha in alphas_between(complex_)[::3]:
+        for k in range(complex_.dimension):
+            expected = [oracle.exposed(simplex, alpha) for simplex in rows(complex_.simplices(k))]
+            assert complex_.exposed(k, alpha).tolist() == expected
+
+
+@pytest.mark.parametrize("d", [2, 3])
+@given(data=st.data())
+@settings(max_examples=25, deadline=None)
+def test_3_3_facets_are_exposed_from_one_side_or_from_both(d, data):
+    """The two weighted points (x', alpha) orthogonal to d points, and which of them no other point conflicts with."""
+    points, weights = data.draw(generic(d))
+    family = alpha_complex(points, weights)
+    size = {simplex: rho for simplex, rho in zip(rows(family.simplices(d - 1)), family.rho(d - 1))}
+    center = dict(zip(size, family.centers(d - 1)))
+    for alpha in alphas_between(family)[::4]:
+        boundary = family.boundary(alpha)
+        found = {tuple(sorted(f)): 2 if both else 1 for f, both in zip(boundary.facets.tolist(), boundary.singular)}
+        for facet in combinations(range(len(points)), d):
+            if facet not in size or size[facet] > alpha:
+                assert facet not in found
+                continue
+            edges = points[list(facet[1:])] - points[facet[0]]
+            normal = np.linalg.svd(edges)[2][-1] * math.sqrt(alpha - size[facet])
+            others = [q for q in range(len(points)) if q not in facet]
+            witnesses = [center[facet] + normal, center[facet] - normal]
+            powers = [((points[others] - x) ** 2).sum(axis=1) - weights[others] - alpha for x in witnesses]
+            assert found.get(facet, 0) == sum((p > 0).all() for p in powers)
+
+
+@FOUR_TOO
+@given(data=st.data())
 @settings(max_examples=40, deadline=None)
 def test_3_4_complexes_grow_with_alpha_and_each_is_one(d, data):
     complex_ = alpha_complex(*data.draw(lattice(d)))
@@ -135,6 +250,58 @@ def test_3_4_complexes_grow_with_alpha_and_each_is_one(d, data):
         assert all(face in now for simplex in now for k in range(1, len(simplex)) for face in combinations(simplex, k))
         previous = now
     assert len(previous) == sum(len(complex_.simplices(k)) for k in range(complex_.dimension + 1))
+
+
+@pytest.mark.parametrize("d", [2, 3])
+@given(data=st.data())
+@settings(max_examples=20, deadline=None)
+def test_4_1_a_location_is_on_the_boundary_of_the_union_exactly_where_its_spheres_are_of_an_exposed_simplex(d, data):
+    """Sampled on every sphere K_T: a location in no ball is a witness for T, and an exposed simplex has a witness."""
+    points, weights = data.draw(generic(d, n=7))
+    family, rng = alpha_complex(points, weights), np.random.default_rng(0)
+    for alpha in alphas_between(family)[::5]:
+        for k in range(d):
+            exposed = dict(zip(rows(family.simplices(k)), family.exposed(k, alpha)))
+            for simplex in combinations(range(len(points)), k + 1):
+                center, rho = orthosphere(points, weights, simplex)
+                if rho >= alpha:
+                    assert not exposed.get(simplex, False)
+                    continue
+                away = rng.normal(size=(400, d))
+                if k:
+                    across = np.linalg.qr((points[list(simplex[1:])] - points[simplex[0]]).T)[0]
+                    away -= away @ across @ across.T
+                x = center + away * math.sqrt(alpha - rho) / np.linalg.norm(away, axis=1)[:, None]
+                others = [q for q in range(len(points)) if q not in simplex]
+                power = ((x[:, None] - points[others]) ** 2).sum(axis=2) - weights[others] - alpha
+                outside = (power > 0).all(axis=1)
+                if outside.any() or k == d - 1:  # of the two points of K_T all are sampled
+                    assert exposed.get(simplex, False) == outside.any()
+
+
+@DIMENSIONS
+@given(data=st.data())
+@settings(max_examples=25, deadline=None)
+def test_4_2_a_simplex_is_a_face_of_the_shape_exactly_where_its_sphere_has_a_face_of_the_union(d, data):
+    points, weights = data.draw(st.one_of(lattice(d), generic(d)))
+    family = alpha_complex(points, weights)
+    for alpha in alphas_between(family)[::4]:
+        union = space_filling_diagram(family, alpha=alpha)
+        for k in range(d):
+            if k <= family.dimension:
+                exposed = family.simplices(k)[
+                    family.exposed(k, alpha) | (family.classify(k, alpha) > 0) & (k == family.dimension)
+                ]
+                assert set(rows(union.faces(d - k - 1).simplices)) == set(rows(exposed))
+
+
+def orthosphere(points, weights, simplex):
+    """Centre and size of the smallest sphere orthogonal to the points of a simplex, in floats."""
+    first, others = simplex[0], list(simplex[1:])
+    edges = points[others] - points[first]
+    right = ((edges**2).sum(axis=1) + weights[first] - weights[others]) / 2
+    step = np.linalg.lstsq(edges, right, rcond=None)[0] if others else np.zeros(points.shape[1])
+    return points[first] + step, step @ step - weights[first]
 
 
 def is_sphere(link: set[tuple[int, ...]], dimension: int) -> bool:
@@ -176,13 +343,14 @@ def test_5_1_the_link_of_a_simplex_tells_its_class(d, data):
                 if kind == EXTERIOR:
                     continue
                 link = link_of(simplex, there)
+                assert {t for part in complex_.link(simplex, alpha) for t in rows(part)} == link
                 if is_sphere(link, d - k - 1):
                     assert kind == INTERIOR
                 else:
                     assert kind == (REGULAR if link else SINGULAR)
 
 
-@DIMENSIONS
+@FOUR_TOO
 @given(data=st.data())
 @settings(max_examples=60, deadline=None)
 def test_5_2_a_simplex_is_unattached_exactly_where_its_orthosphere_has_no_conflict(d, data):
@@ -199,7 +367,7 @@ def test_5_2_a_simplex_is_unattached_exactly_where_its_orthosphere_has_no_confli
         assert principal == (not complex_.attached(k)[i] and not tie)
 
 
-@DIMENSIONS
+@FOUR_TOO
 @given(data=st.data())
 @settings(max_examples=60, deadline=None)
 def test_5_3_interval_bounds_follow_from_the_next_dimension_up(d, data):
@@ -222,7 +390,7 @@ def test_5_3_interval_bounds_follow_from_the_next_dimension_up(d, data):
             assert complex_.on_hull(k)[i] == oracle.on_hull(simplex)
 
 
-@DIMENSIONS
+@FOUR_TOO
 @given(data=st.data())
 @settings(max_examples=40, deadline=None)
 def test_table_5_1(d, data):
@@ -246,6 +414,50 @@ def homogeneous(points, weights) -> dict[int, list[Fraction]]:
         x = [Fraction(v) for v in point]
         phi[i] = [Fraction(1), *x, sum(v * v for v in x) - Fraction(weight)]
     return phi
+
+
+def minor(phi, indices, width) -> Fraction:
+    return determinant([phi[i][:width] for i in indices])
+
+
+@FOUR_TOO
+@given(data=st.data())
+@settings(max_examples=25, deadline=None)
+def test_b_1_the_hyperplane_test_is_a_sign_of_a_minor(d, data):
+    """Cells are positive; the vertex beyond a facet is on its negative side; on the hull no point is."""
+    points, weights = data.draw(lattice(d))
+    t, phi = regular_triangulation(points, weights), homogeneous(points, weights)
+    if t.dimension < d:
+        return
+    for cell, beside in zip(t.cells.tolist(), t.neighbors.tolist()):
+        assert minor(phi, [i + 1 for i in cell], d + 1) > 0
+        for slot, other in enumerate(beside):
+            apexes = set(t.cells[other].tolist()) - set(cell) if other >= 0 else range(len(points))
+            for q in apexes:
+                value = minor(phi, [(q if s == slot else i) + 1 for s, i in enumerate(cell)], d + 1)
+                assert value < 0 if other >= 0 else value >= 0
+
+
+@FOUR_TOO
+@given(data=st.data())
+@settings(max_examples=25, deadline=None)
+def test_b_2_the_orthogonality_test_is_a_sign_of_a_product_of_minors(d, data):
+    """For all sets of d + 1 points, in whatever order; and no point conflicts with a cell of R."""
+    points, weights = data.draw(lattice(d, n=d + 3))
+    oracle, phi = Oracle(points, weights), homogeneous(points, weights)
+    cells = set(map(tuple, np.sort(regular_triangulation(points, weights).cells, axis=1).tolist()))
+    if oracle.dimension < d:
+        return
+    for cell in combinations(range(len(points)), d + 1):
+        order = [i + 1 for i in data.draw(st.permutations(cell))]
+        positive = minor(phi, order, d + 1)
+        if positive == 0:
+            assert cell not in cells
+            continue
+        for q in range(len(points)):
+            product = sign(positive) * sign(minor(phi, [*order, q + 1], d + 2))
+            assert product == sign(oracle.power(q, cell))
+            assert product >= 0 or cell not in cells
 
 
 def hyperplanes(phi, simplex, d):
@@ -276,7 +488,7 @@ def gamma(phi, simplex, d):
     return left, right, normals
 
 
-@DIMENSIONS
+@FOUR_TOO
 @given(data=st.data())
 @settings(max_examples=25, deadline=None)
 def test_b_3_the_size_is_a_quotient_of_determinants(d, data):
@@ -288,10 +500,12 @@ def test_b_3_the_size_is_a_quotient_of_determinants(d, data):
         full = determinant(left)
         size = (sum(g * g for g in by_column[:d]) - full * by_column[d]) / full**2
         assert size == oracle.rho(simplex)
+        center = [float(column / full) for column in by_column[:d]]
+        assert complex_.centers(k)[i] == pytest.approx(center, rel=1e-12, abs=1e-11)
         assert complex_.rho(k)[i] == pytest.approx(float(size), rel=1e-12, abs=1e-11)
 
 
-@DIMENSIONS
+@FOUR_TOO
 @given(data=st.data())
 @settings(max_examples=25, deadline=None)
 def test_b_4_attachment_is_a_sign_of_determinants(d, data):
