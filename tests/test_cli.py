@@ -164,6 +164,20 @@ def test_info_names_degenerate_clouds(tmp_path):
     assert "all points lie on a line" in run("info", tmp_path / "line.xyz").output
 
 
+@pytest.mark.parametrize("exponent", [-1030, -500, 0, 300])
+def test_survey_scales_with_the_cloud(exponent):
+    import datasets_synthetic
+
+    points = datasets_synthetic.surface("torus").sample(3000, spacing="blue", rng=1).points
+    points = np.concatenate([points, points[:7]]).astype(np.float16).astype(float)  # few digits: exact at any scale
+    one, other = survey(points), survey(np.ldexp(points, exponent))
+    assert (one.surface, one.span, one.duplicates) == (other.surface, other.span, other.duplicates)
+    assert one.duplicates >= 7 and one.surface == "closed"
+    assert (one.density_ratio, one.outliers, one.rim) == (other.density_ratio, other.outliers, other.rim)
+    for name in ("diagonal", "spacing", "noise"):
+        assert np.ldexp(getattr(one, name), exponent) == getattr(other, name)
+
+
 def test_info_drops_invalid_rows_on_request(tmp_path):
     (tmp_path / "p.xyz").write_text("1 2 3\nnan 0 0\n4 5 6\n")
     one_line(run("info", tmp_path / "p.xyz"), 2, "line 2 is no point", "--drop-invalid")
@@ -312,10 +326,106 @@ def test_alphas_of_a_square_are_those_of_pencil_and_paper(tmp_path):
 
 def test_alphas_show_the_inside_of_a_torus_as_the_most_lasting_void(tmp_path):
     run("sample", "torus", tmp_path / "t.xyz", "-n", 1500, "--spacing", "blue")
-    result = run("alphas", tmp_path / "t.xyz", "--voids", 2, "--steps", 5)
+    result = run("alphas", tmp_path / "t.xyz", "--voids", 2, "--ranges", 6)
     assert result.exit_code == 0, result.output
     rows = [line.split() for line in result.stdout.splitlines()]
-    assert ["alpha", "components", "tunnels", "voids", "facets"] in rows
-    assert any(row[:1] == ["0"] for row in rows)
+    assert ["alpha", "from", "to", "pieces", "tunnels", "voids", "facets"] in rows
+    assert any(row[2:5] == ["1", "2", "1"] for row in rows)  # a hollow torus
     lasting = {row[0]: float(row[3]) for row in rows[-2:]}
     assert lasting["1"] > 3 * lasting["2"]
+
+
+def test_alphas_of_every_range_agree_with_the_complex(tmp_path):
+    points = np.random.default_rng(0).random((60, 3))
+    recon.write_points(points, tmp_path / "p.npy")
+    family = recon.alpha_complex(points)
+    for options, count in (((), None), (("--ranges", 5), 5)):
+        options = options or ("--all",)
+        found = json.loads(run("alphas", tmp_path / "p.npy", "--weights", "uniform", *options, "--json").stdout)
+        states = found["states"]
+        assert len(states) == (count or len(family.spectrum()))
+        for state in states:
+            until = state["until"] or np.inf
+            inside = [state["alpha"], np.nextafter(until, -np.inf) if until < np.inf else 1e9]
+            for alpha in inside:
+                assert family.betti(alpha).tolist() == state["betti"]
+            assert len(family.boundary(state["alpha"]).facets) == state["facets"]
+        if count is None:
+            assert [state["alpha"] for state in states] == family.spectrum().tolist()
+            assert [state["until"] for state in states[:-1]] == family.spectrum()[1:].tolist()
+        else:
+            choice = family.choices()[0]
+            best = found["choices"][0]
+            assert (best["alpha"], best["start"], best["why"]) == (choice.alpha, choice.start, choice.why)
+            assert states[0]["alpha"] <= 0.0 < states[0]["until"] and states[-1]["until"] is None
+
+
+@pytest.mark.parametrize("text", ["1 2 3\n", "1 2 3\n" * 5, "0 0\n1 1\n2 2\n", "0 0 0\n1 0 0\n0 1 0\n", "1e-310 0 0\n0 1e-310 0\n0 0 1e-310\n0 0 0\n"])  # fmt: skip
+@pytest.mark.parametrize("weights", ["uniform", "adaptive"])
+def test_alphas_of_degenerate_clouds_are_answered(tmp_path, text, weights):
+    (tmp_path / "p.txt").write_text(text)
+    result = run("alphas", tmp_path / "p.txt", "--weights", weights)
+    assert result.exit_code == 0, result.stderr
+    assert result.stderr == "" and "critical values" in result.stdout
+
+
+# ---- what shells do
+
+
+def test_patterns_that_the_shell_leaves_are_expanded(tmp_path, tetrahedron):
+    (tmp_path / "b[1].xyz").write_text("0 0 0\n")
+    found = json.loads(run("info", tmp_path / "*", "--json").stdout)
+    assert [os.path.basename(entry["file"]) for entry in found] == ["b[1].xyz", "tetrahedron.ply"]
+    assert json.loads(run("info", tmp_path / "b[1].xyz", "--json").stdout)["points"] == 1  # a name, no pattern
+    one_line(run("info", tmp_path / "*.las"), 2, "*.las: no such file")
+
+
+def test_info_goes_on_after_a_bad_file(tmp_path, tetrahedron):
+    (tmp_path / "a.xyz").write_text("1 2\n3\n")
+    result = run("info", tmp_path / "a.xyz", tetrahedron)
+    assert result.exit_code == 2
+    assert result.stderr.startswith(f"recon: {tmp_path / 'a.xyz'}: line 2") and "4 in 3-D, 4 faces" in result.stdout
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="POSIX shells")
+@pytest.mark.parametrize(
+    ("line", "expected"),
+    [
+        ("recon rec", "plain,reconstruct"),
+        ("recon info ", "file,"),
+        ("recon reconstruct a.ply ", "file,"),
+        ("recon reconstruct a.ply --surface cl", "plain,closed"),
+        ("recon reconstruct a.ply --weights ", "file,"),
+        ("recon info --from la", "plain,las"),
+        ("recon sample tor", "plain,torus"),
+        ("recon measure mesh.ply tor", "plain,torus"),
+        ("recon measure mesh.ply ./t", "file,./t"),
+    ],
+)
+def test_bash_completes(line, expected):
+    words = line.split(" ")
+    out = subprocess.run(
+        [sys.executable, "-c", "from recon.cli import main; main(prog_name='recon')"],
+        env={
+            **os.environ,
+            "_RECON_COMPLETE": "bash_complete",
+            "COMP_WORDS": line,
+            "COMP_CWORD": str(len(words) - 1),
+        },
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    assert expected in out.stdout.splitlines(), out
+
+
+@pytest.mark.parametrize("shell_name", ["bash", "zsh", "fish"])
+def test_the_line_that_sets_completion_up_gives_a_script(shell_name):
+    out = subprocess.run(
+        [sys.executable, "-c", "from recon.cli import main; main(prog_name='recon')"],
+        env={**os.environ, "_RECON_COMPLETE": f"{shell_name}_source"},
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    assert "_RECON_COMPLETE" in out.stdout, out

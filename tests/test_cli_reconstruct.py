@@ -241,7 +241,7 @@ def test_progress_shows_on_a_terminal_only(monkeypatch, capsys):
     for quiet in (True, False):
         progress = Progress(quiet)
         progress("triangulation", 0.25)
-        progress("surface", 0.5)
+        progress("strange", 0.5)
         shown = capsys.readouterr().err
         assert ("triangulation" in shown and "50 %" in shown) is not quiet
         progress.close()
@@ -249,3 +249,54 @@ def test_progress_shows_on_a_terminal_only(monkeypatch, capsys):
     capsys.readouterr()
     Progress(False)("surface", 0.5)
     assert capsys.readouterr().err == ""
+
+
+def test_the_time_left_follows_from_the_time_taken_and_never_stands_still(monkeypatch, capsys):
+    from recon.cli import work
+
+    now = 1000.0
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    monkeypatch.setattr(work.time, "monotonic", lambda: now)
+    monkeypatch.setattr(work, "_SHARES", {"first": 0.25, "second": 0.75})
+    progress = work.Progress(False)
+    progress("first", 0.0)
+    progress.tick()
+    assert "left" not in capsys.readouterr().err  # nothing to go by yet
+    now = 1060.0
+    progress("second", 0.5)
+    assert "25 %" in (shown := capsys.readouterr().err) and "about 3:00 left" in shown
+    left = []
+    for now in (1090.0, 1180.0, 1300.0, 2000.0):
+        progress.tick()
+        shown = capsys.readouterr().err
+        left.append(shown.rpartition("about ")[2].split(" ")[0])
+        assert float(shown.rpartition("%")[0].split()[-1]) <= 100
+    assert left[0] == "2:32" and left[-1] < left[1] < left[0]
+    progress.close()
+
+
+def test_an_empty_or_absurd_result_names_the_useful_range(cloud, tmp_path):
+    out = tmp_path / "m.ply"
+    result = run("reconstruct", cloud, out, "--surface", "complex", "--alpha", "-1")
+    refused(result, 3, "no facet at alpha = -1", "first one appears at", "useful are")
+    assert not out.exists()
+    low, high, say = (
+        float(result.stderr.partition(f" {word} ")[2].split()[0].rstrip(";,")) for word in ("are", "to", "say")
+    )
+    assert low < say < high
+    again = run("reconstruct", cloud, out, "--surface", "complex", "--alpha", say)
+    assert again.exit_code == 0 and again.stderr == ""
+    huge = run("reconstruct", cloud, out, "--surface", "complex", "--alpha", 1e6)
+    assert huge.exit_code == 0 and "of the points lie on the mesh; useful: --alpha from" in huge.stderr
+    small = run("reconstruct", cloud, out, "--alpha", "-1")
+    assert small.exit_code == 0 and "100% of the faces bridge leaks" in small.stderr
+    named = float(small.stderr.rpartition("say ")[2])
+    assert run("reconstruct", cloud, out, "--alpha", named).stderr == ""
+    assert run("reconstruct", cloud, out, "--alpha", "-1", "--quiet").stderr == ""
+
+
+def test_quoted_patterns_make_many_meshes(cloud, torus, tmp_path):
+    recon.write_points(torus * 2, tmp_path / "big.ply")
+    result = run("reconstruct", f"{tmp_path}/*.ply", f"{tmp_path}/out/", "--to", "glb", "--quiet")
+    assert result.exit_code == 0, result.output
+    assert sorted(os.listdir(tmp_path / "out")) == ["big.glb", "torus.glb"]

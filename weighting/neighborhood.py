@@ -110,7 +110,7 @@ def neighbors(points: ArrayLike | Neighborhood, k: int = RING, *, threads: int |
             raise InvalidInput(f"points: a neighbourhood of {points.k} neighbours, but {k} are needed")
         return points
     distinct, rows, inverse = _distinct(as_points(points) + 0.0)  # -0.0 is 0.0
-    scale = 2.0 ** -float(np.frexp(np.abs(distinct).max())[1])  # exact
+    scale = 2.0 ** min(1023.0, -float(np.frexp(np.abs(distinct).max())[1]))  # exact
     tree = cKDTree(distinct * scale, balanced_tree=False)  # a median split is slow on quantised coordinates
     empty = Neighborhood(distinct, np.empty((0, 0), np.int32), np.empty((0, 0)), rows, inverse, tree, scale)
     index, distance = empty.wider(np.arange(len(distinct)), k, threads)

@@ -4,27 +4,32 @@ from __future__ import annotations
 
 import json
 import math
+from itertools import count
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from .front import print_table, shared
+from .front import PATH, print_table, shared
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from ..alpha import AlphaComplex
+
 _EXAMPLES = """
 \b
 Examples:
   recon alphas scan.xyz
-  recon alphas scan.xyz --weights adaptive --voids 5
+  recon alphas scan.xyz --weights uniform --voids 5
   recon alphas scan.xyz --at 0.0004 --at 0.01
+  recon alphas scan.xyz --all | sort -k 5 -n
 """
+_NAMES = {2: ("pieces", "holes", "edges"), 3: ("pieces", "tunnels", "voids", "facets")}
 
 
 @click.command(short_help="List the critical values of alpha, and the shape between them.", epilog=_EXAMPLES)
-@click.argument("file")
+@click.argument("file", type=PATH)
 @shared("weights")
 @click.option(
     "--at",
@@ -34,8 +39,13 @@ Examples:
     metavar="ALPHA",
     help="Describe the shape at this alpha; may be repeated.",
 )
+@click.option("--all", "everything", is_flag=True, help="Every range between two critical values, and nothing else.")
 @click.option(
-    "--steps", type=click.IntRange(min=2), default=12, show_default=True, help="Describe it at this many, without --at."
+    "--ranges",
+    type=click.IntRange(min=1),
+    default=12,
+    show_default=True,
+    help="How many ranges to list: half are those in which the shape keeps its topology longest.",
 )
 @click.option(
     "--voids",
@@ -45,15 +55,18 @@ Examples:
     show_default=True,
     help="How many voids to list, the most lasting first.",
 )
-@shared("drop", "from", "json")
+@shared("drop", "from", "threads", "quiet", "json")
 def alphas(
     file: str,
     weights: str,
     chosen: tuple[float, ...],
-    steps: int,
+    everything: bool,
+    ranges: int,
     shown: int,
     drop_invalid: bool,
     source_format: str | None,
+    threads: int | None,
+    quiet: bool,
     as_json: bool,
 ) -> None:
     """List at which values of alpha the shape of the points in FILE changes, and what it is between them.
@@ -64,67 +77,133 @@ def alphas(
     """
     from ..io import read_points
     from .weights import resolve
-    from .work import interruptible
+    from .work import interruptible, note_memory
 
     cloud = read_points(file, format=source_format, drop_invalid=drop_invalid)
-    found = interruptible(lambda: _describe(cloud.points, resolve(weights, cloud), chosen, steps, shown))
+    note_memory(file, len(cloud), quiet)
+
+    def work() -> tuple[int, dict[str, Any]]:
+        from ..alpha import alpha_complex
+
+        family = alpha_complex(cloud.points, resolve(weights, cloud, threads))
+        return family.dimension, _describe(family, chosen, None if everything else ranges, shown)
+
+    dimension, found = interruptible(work)
     if as_json:
         click.echo(json.dumps({"file": file, **found}, indent=1))
-        return
-    size = f"{len(cloud):,} points, {found['critical_values']:,} critical values"
-    click.echo(f"{file}: {size}, {found['lowest']:.6g} .. {found['highest']:.6g}\n")
-    _print_states(found["states"], cloud.points.shape[1], weights == "uniform")
+    elif everything:
+        print_table(_states(found["states"], dimension, weights == "uniform"))
+    else:
+        _print(file, found, dimension, weights == "uniform")
+
+
+def _print(file: str, found: dict[str, Any], dimension: int, as_radius: bool) -> None:
+    lowest, highest = found["lowest"], found["highest"]
+    size = f"{found['points']:,} points, {found['critical_values']:,} critical values"
+    click.echo(f"{file}: {size}, {lowest:.6g} .. {highest:.6g}")
+    click.echo("below the first there is nothing, from the last on the convex hull\n")
+    print_table(_states(found["states"], dimension, as_radius))
+    if found["choices"]:
+        click.echo()
+        head = ("choose", "alpha", "of", "to", "because")
+        rows = [
+            (str(place), f"{c['alpha']:.6g}", f"{c['start']:.6g}", _until(c["stop"]), c["why"])
+            for place, c in enumerate(found["choices"], 1)
+        ]
+        print_table([head, *rows])
     if found["lasting"]:
         click.echo()
-        head = ("void", "birth", "death", "lasts")
-        print_table([head, *(_void(number, void) for number, void in enumerate(found["lasting"], 1))])
+        print_table([("void", "birth", "death", "lasts"), *map(_void, count(1), found["lasting"])])
 
 
-def _describe(
-    points: NDArray[np.float64],
-    weights: NDArray[np.float64] | None,
-    chosen: tuple[float, ...],
-    steps: int,
-    shown: int,
-) -> dict[str, Any]:
+def _describe(family: AlphaComplex, chosen: tuple[float, ...], ranges: int | None, shown: int) -> dict[str, Any]:
     """Collect all figures, as JSON takes them."""
-    from ..alpha import alpha_complex
+    import numpy as np
 
-    family = alpha_complex(points, weights)
     critical = family.spectrum() + 0.0  # no -0
-    at = list(chosen) if chosen else _steps(critical, steps)
-    voids = family.voids()
-    lasting = (voids.birth - voids.death).argsort(kind="stable")[:shown].tolist()
+    if chosen:
+        starts = np.array(chosen)
+        after = np.searchsorted(critical, starts, side="right")
+        stops = np.append(critical, math.inf)[after]
+    else:
+        starts, stops = _ranges(family, critical, ranges)
+    voids = family.voids() if family.dimension > 1 else None
+    lives = [] if voids is None else np.column_stack([voids.birth, voids.death]).tolist()
+    lives.sort(key=lambda life: life[0] - life[1])
+    numbers, facets = family.betti(starts), _facets(family, starts)
     return {
-        "points": len(points),
+        "points": len(family.triangulation.points),
         "critical_values": len(critical),
         "lowest": float(critical[0]),
         "highest": float(critical[-1]),
         "states": [
-            {"alpha": alpha, "betti": family.betti(alpha).tolist(), "facets": len(family.boundary(alpha).facets)}
-            for alpha in at
+            {"alpha": alpha, "until": until if until < math.inf else None, "betti": betti, "facets": exposed}
+            for alpha, until, betti, exposed in zip(starts.tolist(), stops.tolist(), numbers.tolist(), facets.tolist())
         ],
-        "voids": len(voids),
-        "lasting": [{"birth": float(voids.birth[void]), "death": float(voids.death[void])} for void in lasting],
+        "choices": [
+            {"alpha": c.alpha, "start": c.start, "stop": c.stop if c.stop < math.inf else None, "why": c.why}
+            for c in (family.choices() if family.dimension and ranges is not None else ())
+        ],
+        "voids": len(lives),
+        "lasting": [{"birth": birth, "death": death} for birth, death in lives[:shown]],
     }
 
 
-def _steps(critical: NDArray[np.float64], steps: int) -> list[float]:
-    """Critical values at even ranks, the first and the last included; and 0, where `recon reconstruct` stands."""
-    last = len(critical) - 1
-    chosen = {float(critical[round(last * step / (steps - 1))]) for step in range(steps)}
-    return sorted(chosen | ({0.0} if critical[0] <= 0.0 <= critical[-1] else set()))
+def _ranges(
+    family: AlphaComplex, critical: NDArray[np.float64], number: int | None
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Ranges of alpha, ascending: all between critical values, or `number` of those in which Betti numbers stay.
+
+    Half of these are the longest, by the ratio of their ends, taken from where the family begins, which does not depend on
+    the unit of length; before half of the points are there, none counts as long. The other half lie at even ranks, so
+    that they show how the shape comes to be. The range at 0, where `recon reconstruct` stands, is always among them.
+    """
+    import numpy as np
+
+    if number is None:
+        return critical, np.append(critical[1:], math.inf)
+    numbers = family.betti(critical)
+    first = np.flatnonzero(np.append(True, (np.diff(numbers, axis=0) != 0).any(axis=1)))
+    starts, stops = critical[first], np.append(critical[first[1:]], math.inf)
+    settled = starts >= np.median(family.entry(0))
+    ratio = np.zeros(len(starts))
+    np.divide(stops - critical[0], starts - critical[0], out=ratio, where=settled & (starts > critical[0]))
+    ratio[(starts <= 0.0) & (stops > 0.0)] = math.inf
+    longest = np.argsort(-ratio, kind="stable")[: (number + 1) // 2]
+    others = np.setdiff1d(np.arange(len(starts)), longest)
+    even = (
+        others[np.unique(np.linspace(0, len(others) - 1, number // 2).round().astype(int))] if len(others) else others
+    )
+    kept = np.union1d(longest, even)
+    return starts[kept], stops[kept]
 
 
-def _print_states(states: list[dict[str, Any]], dimension: int, as_radius: bool) -> None:
-    names = ("components", "tunnels", "voids") if dimension == 3 else ("components", "holes")
-    rows: list[tuple[str, ...]] = [("alpha", *(("radius",) if as_radius else ()), *names, "facets")]
+def _facets(family: AlphaComplex, alphas: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Count the facets of W_alpha at each alpha: in, and not yet interior."""
+    import numpy as np
+
+    if family.dimension == 0:
+        return np.zeros(len(alphas), np.int64)
+    k = family.dimension - 1
+    there = np.searchsorted(np.sort(family.entry(k)), alphas, side="right")
+    buried = family.mu_upper(k)[~family.on_hull(k)]
+    return there - np.searchsorted(np.sort(buried), alphas, side="right")
+
+
+def _states(states: list[dict[str, Any]], dimension: int, as_radius: bool) -> list[tuple[str, ...]]:
+    """Rows of a table; the radius is that of the ball, where it is the same for all points."""
+    names = _NAMES.get(dimension, ("pieces", "facets"))
+    rows: list[tuple[str, ...]] = [("alpha from", "to", *(("radius",) if as_radius else ()), *names)]
     for state in states:
         alpha = state["alpha"]
         radius = (f"{math.sqrt(alpha):.5g}" if alpha >= 0 else "-",) if as_radius else ()
-        betti = [*state["betti"], 0, 0, 0][: len(names)]
-        rows.append((f"{alpha:.6g}", *radius, *(f"{number:,}" for number in betti), f"{state['facets']:,}"))
-    print_table(rows)
+        numbers = [*state["betti"][: len(names) - 1], state["facets"]]
+        rows.append((f"{alpha:.6g}", _until(state["until"]), *radius, *(f"{number:,}" for number in numbers)))
+    return rows
+
+
+def _until(alpha: float | None) -> str:
+    return "inf" if alpha is None else f"{alpha:.6g}"
 
 
 def _void(number: int, void: dict[str, float]) -> tuple[str, ...]:

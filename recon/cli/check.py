@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .front import GUARANTEE, complain, print_table, shared
+from .front import GUARANTEE, PATH, complain, print_table, shared
 
 if TYPE_CHECKING:
     from ..mesh import Mesh
@@ -27,7 +27,7 @@ _USUAL = ("manifold", "oriented", "intersection-free", "non-degenerate")
     short_help="Check the promises of a mesh, or of a reconstruction.",
     epilog="\b\nExamples:\n  recon check mesh.ply\n  recon check mesh.ply --require closed --require manifold\n  recon check scan.xyz",
 )
-@click.argument("file")
+@click.argument("file", type=PATH)
 @click.option(
     "--require",
     "required",
@@ -35,28 +35,41 @@ _USUAL = ("manifold", "oriented", "intersection-free", "non-degenerate")
     type=click.Choice(list(_PROMISES)),
     help=f"What must hold; by default {', '.join(_USUAL)}.",
 )
-@shared("drop", "from", "json")
-def check(file: str, required: tuple[str, ...], drop_invalid: bool, source_format: str | None, as_json: bool) -> None:
+@shared("drop", "from", "threads", "quiet", "json")
+def check(
+    file: str,
+    required: tuple[str, ...],
+    drop_invalid: bool,
+    source_format: str | None,
+    threads: int | None,
+    quiet: bool,
+    as_json: bool,
+) -> None:
     """Check the mesh in FILE; of a point cloud, check the reconstruction, exactly.
 
     Exit code 5 if something that is required does not hold.
     """
     from ..io import read
     from ..mesh import Mesh
-    from .work import Progress, interruptible
+    from .work import Progress, interruptible, note_memory
 
     content = read(file, format=source_format, drop_invalid=drop_invalid)
     if isinstance(content, Mesh):
         mesh = content
     else:
         from ..certificates import certify
+        from ..contracts import ReconError
         from ..pipeline import reconstruct
 
-        progress = Progress(quiet=False)
+        note_memory(file, len(content), quiet)
+        progress = Progress(quiet)
         try:
-            result = interruptible(lambda: reconstruct(content, progress=progress))
+            result = interruptible(lambda: reconstruct(content, threads=threads, progress=progress), progress.tick)
             interruptible(lambda: certify(result.triangulation))
             interruptible(lambda: certify(result.mesh))
+        except ReconError as error:
+            error.args = (f"{file}: {error}",)
+            raise
         finally:
             progress.close()
         mesh = result.mesh
@@ -65,7 +78,7 @@ def check(file: str, required: tuple[str, ...], drop_invalid: bool, source_forma
     broken = [name for name in asked if not held[name]]
     if as_json:
         click.echo(json.dumps({"file": file, "holds": held, "required": list(asked), "ok": not broken}, indent=1))
-    else:
+    elif not quiet:
         words = {True: "yes", False: "no", None: "-"}
         rows = [(name, "NO" if name in broken else words[holds], _PROMISES[name]) for name, holds in held.items()]
         print_table(rows)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import glob
 import os
 import signal
 import sys
@@ -12,8 +13,10 @@ from types import FrameType
 from typing import Any
 
 import click
+from click.shell_completion import CompletionItem
 
 _UNWRITABLE = (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC), errno.EIO, errno.EFBIG)  # while text is printed
+PATH = click.Path(allow_dash=True)  # so that shells complete file names; whether there is such a file is read's to say
 OK, BUG, INPUT, DEGENERATE, MISSING, GUARANTEE, INTERRUPTED, TERMINATED, PIPE = 0, 1, 2, 3, 4, 5, 130, 143, 141
 
 
@@ -78,6 +81,15 @@ def exit_code(error: BaseException) -> int | None:
     return next((code for kind, code in codes if isinstance(error, kind)), None)
 
 
+def expanded(paths: Sequence[str]) -> list[str]:
+    """Replace patterns that the shell has left, such as quoted ones, by the files that they match."""
+    found: list[str] = []
+    for path in paths:
+        matches = sorted(glob.glob(path, recursive=True)) if glob.has_magic(path) and not os.path.exists(path) else []
+        found += matches or [path]
+    return found
+
+
 def complain(message: str) -> None:
     """Print a line on stderr."""
     click.echo(f"recon: {message}", err=True)
@@ -92,16 +104,18 @@ def shared(*names: str) -> Callable[[Callable], Callable]:
             "--threads", type=click.IntRange(min=1), metavar="N", help="Threads to use; the result does not depend on it."
         ),
         "from": click.option(
-            "--from", "source_format", metavar="FORMAT", help="Format of the input, such as xyz; by default it is recognised."
+            "--from", "source_format", metavar="FORMAT", shell_complete=_formats,
+            help="Format of the input, such as xyz; by default it is recognised.",
         ),
         "to": click.option(
-            "--to", "target_format", metavar="FORMAT", help="Format of the output; by default its extension, ply for -."
+            "--to", "target_format", metavar="FORMAT", shell_complete=_formats,
+            help="Format of the output; by default its extension, ply for -.",
         ),
         "drop": click.option(
             "--drop-invalid", is_flag=True, help="Leave out rows with NaN or infinite coordinates, and count them."
         ),
         "weights": click.option(
-            "--weights", default="adaptive", metavar="adaptive|uniform|FILE", show_default=True,
+            "--weights", default="adaptive", metavar="adaptive|uniform|FILE", show_default=True, type=PATH,
             help="Squared radius of the ball around each point: from local density and curvature, one for all, or one "
             "number a line in a file.",
         ),
@@ -123,6 +137,21 @@ def print_table(rows: Sequence[tuple[str, ...]], err: bool = False) -> None:
     for row in rows:
         cells = [cell.ljust(width) for cell, width in zip(row[:-1], widths)]
         click.echo("  ".join([*cells, row[-1]]).rstrip(), err=err)
+
+
+def surface_names(ctx: click.Context, parameter: click.Parameter, begun: str) -> list[CompletionItem]:
+    """Complete the name of an analytic surface, and where there is none a file."""
+    import datasets_synthetic
+
+    names = [CompletionItem(name) for name in datasets_synthetic.surfaces() if name.startswith(begun)]
+    return names or [CompletionItem(begun, type="file")]
+
+
+def _formats(ctx: click.Context, parameter: click.Parameter, begun: str) -> list[str]:
+    from ..io import formats
+
+    known = formats.READERS if parameter.name == "source_format" else {**formats.MESH_WRITERS, **formats.POINT_WRITERS}
+    return sorted(name for name in known if name.startswith(begun))
 
 
 def _terminate(number: int, frame: FrameType | None) -> None:

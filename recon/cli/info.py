@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .front import print_table, shared
+from .front import BUG, PATH, complain, exit_code, expanded, print_table, shared
 
 if TYPE_CHECKING:
     from ..io import PointCloud
@@ -26,18 +26,26 @@ _SURFACES = {
     short_help="Say what a file holds.",
     epilog="\b\nExamples:\n  recon info scan.ply\n  recon info scan.xyz mesh.obj --json",
 )
-@click.argument("files", nargs=-1, required=True, metavar="FILE...")
+@click.argument("files", nargs=-1, required=True, metavar="FILE...", type=PATH)
 @shared("drop", "from", "threads", "json")
 def info(
     files: tuple[str, ...], drop_invalid: bool, source_format: str | None, threads: int | None, as_json: bool
 ) -> None:
     """Say what each FILE holds: size, bounds, spacing, noise, outliers, duplicates, likely closed or open."""
+    from ..contracts import ReconError
     from ..io import read
     from ..mesh import Mesh
 
-    found = []
-    for number, file in enumerate(files):
-        content = read(file, format=source_format, drop_invalid=drop_invalid)
+    names, found, failed = expanded(files), [], 0
+    for number, file in enumerate(names):
+        try:
+            content = read(file, format=source_format, drop_invalid=drop_invalid)
+        except ReconError as error:
+            if len(names) == 1:
+                raise
+            complain(str(error))  # the other files are none the worse for it
+            failed = failed or exit_code(error) or BUG
+            continue
         points = content.vertices if isinstance(content, Mesh) else content.points
         figures = _surveyed(points, threads)
         if as_json:
@@ -47,7 +55,9 @@ def info(
             click.echo()
         print_table(_as_text(file, content, figures))
     if as_json:
-        click.echo(json.dumps(found[0] if len(found) == 1 else found, indent=1))
+        click.echo(json.dumps(found[0] if len(names) == 1 else found, indent=1))
+    if failed:
+        click.get_current_context().exit(failed)
 
 
 def _surveyed(points: Any, threads: int | None) -> Survey:

@@ -8,16 +8,16 @@ from typing import Any
 
 import click
 
-from .front import print_table, shared
+from .front import PATH, print_table, shared, surface_names
 
 
 @click.command(
     short_help="Measure a mesh, alone or against the truth.",
     epilog="\b\nExamples:\n  recon measure mesh.ply\n  recon measure mesh.ply torus\n  recon measure mesh.ply truth.obj --json",
 )
-@click.argument("mesh")
-@click.argument("reference", required=False)
-@click.option("--points", metavar="FILE", help="The input points: for the share of them that the mesh uses.")
+@click.argument("mesh", type=PATH)
+@click.argument("reference", required=False, shell_complete=surface_names)
+@click.option("--points", metavar="FILE", type=PATH, help="The input points: for the share of them that the mesh uses.")
 @click.option(
     "--samples",
     type=click.IntRange(min=1),

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .front import BUG, complain, exit_code, shared
+from .front import BUG, PATH, complain, exit_code, expanded, shared
 
 if TYPE_CHECKING:
     from ..io import PointCloud
@@ -23,8 +23,8 @@ Examples:
 
 
 @click.command(short_help="Make a mesh from points.", epilog=_EXAMPLES)
-@click.argument("inputs", nargs=-1, required=True, metavar="IN...")
-@click.argument("out")
+@click.argument("inputs", nargs=-1, required=True, metavar="IN...", type=PATH)
+@click.argument("out", type=PATH)
 @click.option(
     "--surface", type=click.Choice(["auto", "closed", "open", "complex"]), default="auto", show_default=True,
     help="What the mesh is to be; complex is the literal boundary of the weighted alpha complex.",
@@ -33,7 +33,7 @@ Examples:
 @click.option("--alpha", type=float, default=0.0, show_default=True, help="Added to every weight: a squared length.")
 @click.option("--no-clean", is_flag=True, help="Leave the mesh as the complex gives it.")
 @shared("drop")
-@click.option("--report", metavar="FILE", help="Write the report, too, as JSON.")
+@click.option("--report", metavar="FILE", type=PATH, help="Write the report, too, as JSON.")
 @shared("threads", "from", "to", "quiet", "json")
 def reconstruct(
     inputs: tuple[str, ...],
@@ -54,7 +54,7 @@ def reconstruct(
     from ..contracts import ReconError
     from ..io import formats
 
-    pairs = _pairs(inputs, out, target_format)
+    pairs = _pairs(expanded(inputs), out, target_format)
     for source, target in pairs:
         formats.writer_for(target, target_format, formats.MESH_WRITERS)
         _refuse_same(source, target)
@@ -95,17 +95,16 @@ def _run(
     from ..contracts import InvalidInput, ReconError
     from ..io import read_points, write_mesh
     from ..pipeline import reconstruct as reconstruct_surface
+    from .remarks import remarks
     from .weights import from_option
-    from .work import Progress, interruptible, memory_needed
+    from .work import Progress, interruptible, note_memory
 
     cloud = read_points(source, format=source_format, drop_invalid=drop_invalid)
     if cloud.dropped and not quiet:
         complain(f"{source}: dropped {cloud.dropped:,} of {len(cloud) + cloud.dropped:,} rows: NaN or infinite")
     if len(cloud) and cloud.points.shape[1] == 2:
         raise InvalidInput(f"{source}: has points x y without z; a surface needs x y z")
-    note = memory_needed(len(cloud))
-    if note and not quiet:
-        complain(f"{source}: {note}")
+    note_memory(source, len(cloud), quiet)
     weights = from_option(options["weights"], cloud)
     progress = Progress(quiet)
     try:
@@ -119,7 +118,8 @@ def _run(
                 clean=not options["no_clean"],
                 threads=options["threads"],
                 progress=progress,
-            )
+            ),
+            progress.tick,
         )
     except ReconError as error:
         error.args = (f"{source}: {error}",)
@@ -127,6 +127,9 @@ def _run(
     finally:
         progress.close()
     mesh = result.mesh
+    if not quiet:
+        for remark in remarks(result, options["surface"], options["alpha"]):
+            complain(f"{source}: {remark}")
     if cloud.dropped:  # back to the rows of the file
         rows = mesh.vertex_source
         mesh = replace(mesh, vertex_source=_file_rows(rows, cloud))
@@ -142,7 +145,7 @@ def _file_rows(rows: Any, cloud: PointCloud) -> Any:
     return np.where(rows >= 0, cloud.rows[np.maximum(rows, 0)], rows)
 
 
-def _pairs(inputs: tuple[str, ...], out: str, target_format: str | None) -> list[tuple[str, str]]:
+def _pairs(inputs: list[str], out: str, target_format: str | None) -> list[tuple[str, str]]:
     """Give each input its output: the file named, or one of the same name in the folder named."""
     is_folder = out != "-" and (os.path.isdir(out) or out.endswith(("/", os.sep)))
     if not is_folder:

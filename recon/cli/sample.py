@@ -6,15 +6,15 @@ from typing import Any
 
 import click
 
-from .front import complain, print_table, shared
+from .front import PATH, complain, print_table, shared, surface_names
 
 
 @click.command(
     short_help="Make a point cloud of an analytic surface.",
     epilog="\b\nExamples:\n  recon sample --list\n  recon sample torus torus.xyz -n 10000 --noise 0.002 --outliers 0.01\n  recon sample sphere:radius=2 - -n 500 --to xyz",
 )
-@click.argument("surface", required=False)
-@click.argument("out", required=False)
+@click.argument("surface", required=False, shell_complete=surface_names)
+@click.argument("out", required=False, type=PATH)
 @click.option(
     "-n", "count", type=click.IntRange(min=1), default=10_000, show_default=True, help="Points, outliers included."
 )

@@ -76,17 +76,17 @@ def survey(points: NDArray[np.float64], threads: int | None = None) -> Survey:
     Survey
     """
     lower, upper = points.min(axis=0), points.max(axis=0)
-    distinct = np.unique(points, axis=0)
-    middle = lower / 2 + upper / 2
-    places = distinct - middle
-    diagonal = float(np.linalg.norm(upper - lower))
+    distinct = _distinct(points)
+    unit = float(np.ldexp(1.0, np.frexp((upper - lower).max())[1]))  # a power of two: squares stay in range
+    places = (distinct - (lower / 2 + upper / 2)) / unit
+    extent = float(np.linalg.norm((upper - lower) / unit))
     known = {
         "points": len(points),
         "duplicates": len(points) - len(distinct),
-        "span": _span(places, diagonal, float(np.abs(points).max())),
+        "span": _span(places, extent, float(np.abs(points / unit).max())),
         "lower": lower,
         "upper": upper,
-        "diagonal": diagonal,
+        "diagonal": extent * unit,
     }
     if len(distinct) < 2 * _AROUND:
         return Survey(**known)
@@ -115,15 +115,23 @@ def survey(points: NDArray[np.float64], threads: int | None = None) -> Survey:
         surface = "planar"
     return Survey(
         **known,
-        spacing=float(np.median(first)),
-        spacing_p5=float(np.quantile(first, 0.05)),
-        spacing_p95=float(np.quantile(first, 0.95)),
+        spacing=float(np.median(first)) * unit,
+        spacing_p5=float(np.quantile(first, 0.05)) * unit,
+        spacing_p95=float(np.quantile(first, 0.95)) * unit,
         density_ratio=float(np.quantile(far, 0.99) / np.quantile(far, 0.01)),
-        noise=residual,
+        noise=None if residual is None else residual * unit,
         outliers=float(lonely.mean()),
         rim=rim,
         surface=surface,
     )
+
+
+def _distinct(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Give every place once; by sorts that let other threads run, which ``np.unique`` of rows does not."""
+    located = points[np.lexsort(points.T)]
+    fresh = np.ones(len(located), bool)
+    fresh[1:] = (located[1:] != located[:-1]).any(axis=1)
+    return located[fresh]
 
 
 def _span(places: NDArray[np.float64], diagonal: float, magnitude: float) -> int:

@@ -22,7 +22,7 @@ def from_option(text: str, cloud: PointCloud) -> str | NDArray[np.float64]:
     return read_weights(text, len(cloud) + cloud.dropped)[cloud.rows]
 
 
-def resolve(text: str, cloud: PointCloud) -> NDArray[np.float64] | None:
+def resolve(text: str, cloud: PointCloud, threads: int | None = None) -> NDArray[np.float64] | None:
     """Give the weights [L^2] that the option stands for; None is all zero."""
     weights = from_option(text, cloud)
     if not isinstance(weights, str):
@@ -31,4 +31,4 @@ def resolve(text: str, cloud: PointCloud) -> NDArray[np.float64] | None:
         return None
     import weighting
 
-    return weighting.adaptive_weights(cloud.points)
+    return weighting.adaptive_weights(cloud.points, threads=threads)

@@ -1,0 +1,52 @@
+"""What to say of a mesh that is hardly what was wanted: why, and what would help."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ..pipeline import Reconstruction
+
+_USED = 0.9  # share of the points
+_BRIDGED = 0.5  # share of the faces
+_TOSS_UP = 0.2  # confidence
+
+
+def remarks(result: Reconstruction, asked: str, alpha: float) -> list[str]:
+    """Look for what is odd about a reconstruction.
+
+    Parameters
+    ----------
+    result : Reconstruction
+    asked : str
+        The option ``--surface``.
+    alpha : float [L^2]
+        The option ``--alpha``.
+
+    Returns
+    -------
+    list of str
+        A line each, none for most.
+    """
+    surface, mesh = result.report["surface"], result.report["mesh"]
+    found = []
+    used = mesh["share_of_points_used"]
+    if used < _USED and asked == "complex":
+        found.append(f"only {used:.1%} of the points lie on the mesh; {useful(result, alpha)}")
+    elif used < _USED:
+        found.append(f"only {used:.1%} of the points lie on the mesh; recon info tells of noise and outliers")
+    faces = surface["facets_of_W0"] + surface["bridged"]
+    if asked != "complex" and surface["bridged"] > _BRIDGED * faces:
+        share = surface["bridged"] / faces
+        found.append(f"{share:.0%} of the faces bridge leaks, as the weights are small; {useful(result, alpha)}")
+    if asked == "auto" and surface["confidence"] < _TOSS_UP:
+        found.append(f"{result.surface} or not is a toss-up here; --surface closed or --surface open decides")
+    return found
+
+
+def useful(result: Reconstruction, alpha: float) -> str:
+    """Name the alphas that make sense for the points and weights of a reconstruction."""
+    from ..alpha import alpha_complex
+
+    best = alpha_complex(result.triangulation).choices()[0]
+    return f"useful: --alpha from {alpha + best.start:.4g} to {alpha + best.stop:.4g}, say {alpha + best.alpha:.4g}"
