@@ -4,16 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .contracts import InvalidInput, as_points
 
+if TYPE_CHECKING:
+    import meshio  # type: ignore[import-untyped]
+    import open3d  # type: ignore[import-untyped]
+    import pymeshlab  # type: ignore[import-untyped]
+    import pyvista
+    import trimesh
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Mesh:
     """Triangles over vertices, with the input row that each vertex came from.
+
+    Goes to other libraries and comes back by one method each way, `to_trimesh` and `from_trimesh` and so on for pyvista,
+    meshio, open3d and pymeshlab; each needs the library it names, and nothing else does.
 
     Attributes
     ----------
@@ -24,6 +35,15 @@ class Mesh:
         Input row of each vertex, -1 where a stage made the vertex.
     attributes : dict of str to (v, ...) ndarray
         One row a vertex: colours, normals, anything else the input carried.
+
+    Examples
+    --------
+    >>> corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    >>> mesh = Mesh.from_arrays(corners, [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]], None, {"label": [7, 7, 7, 9]})
+    >>> mesh
+    Mesh(4 vertices, 4 faces, attributes: label)
+    >>> mesh.vertices.dtype, mesh.faces.dtype, mesh.vertex_source.tolist(), mesh.attributes["label"].tolist()
+    (dtype('float64'), dtype('int32'), [0, 1, 2, 3], [7, 7, 7, 9])
     """
 
     vertices: NDArray[np.float64]
@@ -82,5 +102,75 @@ class Mesh:
         return cls(located, corners, rows, kept)
 
     def __repr__(self) -> str:
-        carried = f", attributes {sorted(self.attributes)}" if self.attributes else ""
-        return f"Mesh({len(self.vertices)} vertices, {len(self.faces)} faces{carried})"
+        carried = f", attributes: {', '.join(sorted(self.attributes))}" if self.attributes else ""
+        return f"Mesh({len(self.vertices):,} vertices, {len(self.faces):,} faces{carried})"
+
+    def _repr_html_(self) -> str:
+        from .notebook import mesh_html
+
+        return mesh_html(self)
+
+    def to_trimesh(self) -> trimesh.Trimesh:
+        """Give a ``trimesh.Trimesh``: colours as RGBA bytes, all else in ``vertex_attributes``. Extra: convert."""
+        from .stages import convert
+
+        return convert.to_trimesh(self)
+
+    @classmethod
+    def from_trimesh(cls, mesh: trimesh.Trimesh) -> Mesh:
+        """Take a ``trimesh.Trimesh``; normals are left behind, as trimesh computes them."""
+        from .stages import convert
+
+        return convert.from_trimesh(mesh)
+
+    def to_pyvista(self) -> pyvista.PolyData:
+        """Give a ``pyvista.PolyData`` with all attributes in ``point_data``. Extra: view."""
+        from .stages import convert
+
+        return convert.to_pyvista(self)
+
+    @classmethod
+    def from_pyvista(cls, mesh: pyvista.PolyData) -> Mesh:
+        """Take a ``pyvista.PolyData`` of triangles."""
+        from .stages import convert
+
+        return convert.from_pyvista(mesh)
+
+    def to_meshio(self) -> meshio.Mesh:
+        """Give a ``meshio.Mesh`` with all attributes in ``point_data``. Extra: convert."""
+        from .stages import convert
+
+        return convert.to_meshio(self)
+
+    @classmethod
+    def from_meshio(cls, mesh: meshio.Mesh) -> Mesh:
+        """Take the triangles of a ``meshio.Mesh``."""
+        from .stages import convert
+
+        return convert.from_meshio(mesh)
+
+    def to_open3d(self, *, tensor: bool = False) -> open3d.geometry.TriangleMesh | open3d.t.geometry.TriangleMesh:
+        """Give an Open3D mesh: legacy, with colours and normals, or a tensor one with all attributes. Extra: open3d."""
+        from .stages import convert
+
+        return convert.to_open3d(self, tensor=tensor)
+
+    @classmethod
+    def from_open3d(cls, mesh: open3d.geometry.TriangleMesh | open3d.t.geometry.TriangleMesh) -> Mesh:
+        """Take an Open3D mesh, legacy or tensor."""
+        from .stages import convert
+
+        return convert.from_open3d(mesh)
+
+    def to_pymeshlab(self) -> pymeshlab.Mesh:
+        """Give a ``pymeshlab.Mesh``: colours, ``"quality"`` as its scalar, all else as custom attributes. Extra: meshlab."""
+        from .stages import convert
+
+        return convert.to_pymeshlab(self)
+
+    @classmethod
+    def from_pymeshlab(cls, mesh: pymeshlab.Mesh, attributes: tuple[str, ...] = ()) -> Mesh:
+        """Take a ``pymeshlab.Mesh``, with the custom attributes that are named: PyMeshLab cannot list them."""
+        from .stages import convert
+
+        return convert.from_pymeshlab(mesh, attributes)

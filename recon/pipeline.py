@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,12 +20,19 @@ from .report import Report
 from .surface import Surface, compact_mesh, label_surface
 from .topology import topology
 
+if TYPE_CHECKING:
+    import meshio  # type: ignore[import-untyped]
+    import open3d  # type: ignore[import-untyped]
+    import pymeshlab  # type: ignore[import-untyped]
+    import pyvista
+    import trimesh
+
 Progress = Callable[[str, float], None]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reconstruction:
-    """A mesh and everything it was made from.
+    """A mesh and everything it was made from; the mesh goes to other libraries from here too.
 
     Attributes
     ----------
@@ -48,7 +55,33 @@ class Reconstruction:
     report: Report
 
     def __repr__(self) -> str:
-        return f"Reconstruction({self.surface}, {self.mesh!r})"
+        used = f"{self.report['mesh']['share_of_points_used']:.2%} of {self.report['input']['points']:,} points used"
+        return f"Reconstruction({self.surface}, chi {self.report['mesh']['chi']}, {used}, {self.mesh!r})"
+
+    def _repr_html_(self) -> str:
+        from .notebook import reconstruction_html
+
+        return reconstruction_html(self)
+
+    def to_trimesh(self) -> trimesh.Trimesh:
+        """Give the mesh as `Mesh.to_trimesh` does."""
+        return self.mesh.to_trimesh()
+
+    def to_pyvista(self) -> pyvista.PolyData:
+        """Give the mesh as `Mesh.to_pyvista` does."""
+        return self.mesh.to_pyvista()
+
+    def to_meshio(self) -> meshio.Mesh:
+        """Give the mesh as `Mesh.to_meshio` does."""
+        return self.mesh.to_meshio()
+
+    def to_open3d(self, *, tensor: bool = False) -> open3d.geometry.TriangleMesh | open3d.t.geometry.TriangleMesh:
+        """Give the mesh as `Mesh.to_open3d` does."""
+        return self.mesh.to_open3d(tensor=tensor)
+
+    def to_pymeshlab(self) -> pymeshlab.Mesh:
+        """Give the mesh as `Mesh.to_pymeshlab` does."""
+        return self.mesh.to_pymeshlab()
 
 
 def reconstruct(
@@ -130,7 +163,7 @@ def reconstruct(
     clock.start("surface")
     found = _literal(triangulation) if surface == "complex" else label_surface(triangulation, spacing, surface)
     if len(found.faces) == 0:
-        raise DegenerateInput(_nothing_left(found, w))
+        raise DegenerateInput(_nothing_left(found, triangulation, alpha))
 
     clock.start("clean")
     mesh = compact_mesh(located, found.faces, carried)
@@ -177,11 +210,17 @@ def _literal(triangulation: RegularTriangulation) -> Surface:
     return Surface(boundary.facets, bridged, "complex", 1.0, "asked for", buried, 0, 0)
 
 
-def _nothing_left(found: Surface, w: NDArray[np.float64]) -> str:
+def _nothing_left(found: Surface, triangulation: RegularTriangulation, alpha: float) -> str:
     """Why the surface is empty, and what would help."""
     if found.kind == "complex":
-        from_weights = f"the weights run from {w.min():.4g} to {w.max():.4g}"
-        return f"the boundary of W_0 has no facet ({from_weights}); raise alpha, or use surface='auto'"
+        from .alpha import alpha_complex
+
+        family = alpha_complex(triangulation)
+        first, best = alpha + family.entry(2).min(), family.choices()[0]
+        return (
+            f"the boundary of W_alpha has no facet at alpha = {alpha:g}: the first one appears at {first:.4g}; useful are "
+            f"{alpha + best.start:.4g} to {alpha + best.stop:.4g}, say {alpha + best.alpha:.4g}; or use surface='auto'"
+        )
     return f"no facet between two sides was found ({found.reason}); are these points samples of a surface?"
 
 

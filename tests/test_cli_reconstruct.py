@@ -254,19 +254,19 @@ def test_progress_shows_on_a_terminal_only(monkeypatch, capsys):
 def test_the_time_left_follows_from_the_time_taken_and_never_stands_still(monkeypatch, capsys):
     from recon.cli import work
 
-    now = 1000.0
+    clock = [1000.0]
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
-    monkeypatch.setattr(work.time, "monotonic", lambda: now)
+    monkeypatch.setattr(work.time, "monotonic", lambda: clock[0])
     monkeypatch.setattr(work, "_SHARES", {"first": 0.25, "second": 0.75})
     progress = work.Progress(False)
     progress("first", 0.0)
     progress.tick()
     assert "left" not in capsys.readouterr().err  # nothing to go by yet
-    now = 1060.0
+    clock[0] = 1060.0
     progress("second", 0.5)
     assert "25 %" in (shown := capsys.readouterr().err) and "about 3:00 left" in shown
     left = []
-    for now in (1090.0, 1180.0, 1300.0, 2000.0):
+    for clock[0] in (1090.0, 1180.0, 1300.0, 2000.0):
         progress.tick()
         shown = capsys.readouterr().err
         left.append(shown.rpartition("about ")[2].split(" ")[0])

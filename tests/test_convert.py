@@ -1,5 +1,7 @@
 """Meshes go to other libraries and come back as they were."""
 
+import sys
+
 import numpy as np
 import pytest
 
@@ -9,9 +11,13 @@ from recon.stages import convert
 pytestmark = pytest.mark.peers
 
 
-def mesh():
+def ball():
     points = np.random.default_rng(1).normal(size=(300, 3))
-    points /= np.linalg.norm(points, axis=1)[:, None]
+    return points / np.linalg.norm(points, axis=1)[:, None]
+
+
+def mesh():
+    points = ball()
     attributes = {
         "colors": np.column_stack([np.arange(301) % 256, np.full(301, 9), np.full(301, 200), np.full(301, 255)]).astype(
             np.uint8
@@ -30,9 +36,9 @@ def test_everything_comes_back(library):
     original = mesh()
     assert original.vertex_source[-1] == 300 and len(original.vertices) == 300
     options = {"tensor": True} if library == "open3d" else {}
-    there = getattr(convert, f"to_{library}")(original, **options)
+    there = getattr(original, f"to_{library}")(**options)
     assert type(there).__module__.split(".")[0] == library
-    back = getattr(convert, f"from_{library}")(there)
+    back = getattr(recon.Mesh, f"from_{library}")(there)
     assert np.array_equal(back.vertices, original.vertices) and back.vertices.dtype == np.float64
     assert np.array_equal(back.faces, original.faces)
     assert np.array_equal(back.vertex_source, original.vertex_source)
@@ -40,6 +46,36 @@ def test_everything_comes_back(library):
     for name, values in original.attributes.items():
         assert np.array_equal(back.attributes[name].reshape(values.shape), values)
         assert back.attributes[name].dtype == values.dtype
+
+
+def test_meshlab_gives_back_what_it_can_hold():
+    pytest.importorskip("pymeshlab")
+    original = mesh()
+    back = recon.Mesh.from_pymeshlab(original.to_pymeshlab(), ("time", "label", "beam"))
+    assert np.array_equal(back.vertices, original.vertices) and np.array_equal(back.faces, original.faces)
+    assert np.array_equal(back.vertex_source, original.vertex_source)
+    for name, values in original.attributes.items():
+        assert np.array_equal(back.attributes[name], values), name
+
+
+@pytest.mark.parametrize("library", ["trimesh", "pyvista", "meshio", "open3d", "pymeshlab"])
+def test_a_reconstruction_goes_there_as_its_mesh_does(library):
+    pytest.importorskip(library)
+    result = recon.reconstruct(ball(), surface="closed")
+    there = getattr(result, f"to_{library}")()
+    assert type(there) is type(getattr(result.mesh, f"to_{library}")())
+    back = getattr(recon.Mesh, f"from_{library}")(there)
+    assert np.array_equal(back.vertices, result.mesh.vertices) and np.array_equal(back.faces, result.mesh.faces)
+
+
+@pytest.mark.parametrize("library, extra", [("trimesh", "convert"), ("pyvista", "view"), ("meshio", "convert"), ("open3d", "open3d"), ("pymeshlab", "meshlab")])  # fmt: skip
+def test_a_missing_library_is_named_in_one_line(library, extra, monkeypatch):
+    monkeypatch.setitem(sys.modules, library, None)
+    said = rf"^{library} is not installed; get it with: pip install 'weighted-alpha-recon\[{extra}\]'$"
+    triangle = recon.Mesh.from_arrays(np.eye(3), [[0, 1, 2]])
+    for move in (getattr(triangle, f"to_{library}"), lambda: getattr(recon.Mesh, f"from_{library}")(object())):
+        with pytest.raises(recon.MissingDependency, match=said):
+            move()
 
 
 @pytest.mark.parametrize("library", ["trimesh", "pyvista", "meshio"])
