@@ -136,72 +136,111 @@ def cut_off(links, component, ours, chain, length, queue, after, label, seen, st
 
 
 @kernel
-def star_sizes(nodes, n):
-    """Number of nodes around each sample (n,), and one node around each (-1: none)."""
-    count = np.zeros(n, np.int32)
-    around = np.full(n, -1, np.int32)
+def star_lists(nodes, n):
+    """The nodes around each sample: star[starts[v] : starts[v + 1]], ascending."""
+    starts = np.zeros(n + 1, np.int64)
+    for x in range(len(nodes)):
+        for k in range(4):
+            if nodes[x, k] < n:
+                starts[nodes[x, k] + 1] += 1
+    for v in range(n):
+        starts[v + 1] += starts[v]
+    place = starts[:-1].copy()
+    star = np.empty(starts[n], np.int32)
     for x in range(len(nodes)):
         for k in range(4):
             v = nodes[x, k]
             if v < n:
-                count[v] += 1
-                around[v] = x
-    return count, around
+                star[place[v]] = x
+                place[v] += 1
+    return starts, star
 
 
 @kernel
-def umbrellas(nodes, links, sides, v, start, queue, seen, counted, stamp):
+def umbrellas(nodes, links, sides, v, starts, star, queue, seen, stamp):
     """Umbrellas of sample v beyond the first: components of each side in its star, less two; -1 when one side is missing."""
-    head, tail = 0, 1
-    queue[0] = start
-    seen[start] = stamp
-    while head < tail:
-        x = queue[head]
-        head += 1
-        for k in range(4):
-            if nodes[x, k] != v:
-                y = links[x, k]
-                if seen[y] != stamp:
-                    seen[y] = stamp
-                    queue[tail] = y
-                    tail += 1
-    star = tail
     inside, outside = 0, 0
-    for i in range(star):
-        if counted[queue[i]] == stamp:
+    for i in range(starts[v], starts[v + 1]):
+        x = star[i]
+        if seen[x] == stamp:
             continue
-        side = sides[queue[i]]
+        side = sides[x]
         if side:
             inside += 1
         else:
             outside += 1
-        counted[queue[i]] = stamp
-        queue[tail] = queue[i]
-        head = tail
-        tail += 1
+        seen[x] = stamp
+        queue[0] = x
+        head, tail = 0, 1
         while head < tail:
             x = queue[head]
             head += 1
             for k in range(4):
-                if nodes[x, k] != v:
-                    y = links[x, k]
-                    if counted[y] != stamp and sides[y] == side:
-                        counted[y] = stamp
-                        queue[tail] = y
-                        tail += 1
+                y = links[x, k]
+                if seen[y] != stamp and sides[y] == side and nodes[x, k] != v:
+                    seen[y] = stamp
+                    queue[tail] = y
+                    tail += 1
     if inside == 0 or outside == 0:
         return -1
     return inside + outside - 2
 
 
 @kernel
-def excesses(nodes, links, sides, around, queue, seen, counted, stamp, excess):
-    """`umbrellas` of every sample into `excess` (n,); returns the last stamp used."""
-    for v in range(len(around)):
-        if around[v] >= 0:
-            stamp += 1
-            excess[v] = umbrellas(nodes, links, sides, np.int64(v), np.int64(around[v]), queue, seen, counted, stamp)
-    return stamp
+def excesses(nodes, links, sides, star_starts, excess):
+    """`umbrellas` of every sample into `excess` (n,), from the facets: the link of a sample is a graph on a sphere, cut by it
+    into as many regions as it has components, and one, and d / 2 - 1 for each of its vertices of degree d (Euler)."""
+    n = len(excess)
+    starts = np.zeros(n + 2, np.int64)
+    for x in range(len(nodes)):
+        for k in range(4):
+            if links[x, k] > x and sides[links[x, k]] != sides[x]:
+                for i in range(4):
+                    if i != k:
+                        starts[nodes[x, i] + 1] += 1
+    for v in range(n + 1):
+        starts[v + 1] += starts[v]
+    place = starts[:-1].copy()
+    one, two = np.empty(starts[n + 1], np.int32), np.empty(starts[n + 1], np.int32)
+    for x in range(len(nodes)):
+        for k in range(4):
+            if links[x, k] > x and sides[links[x, k]] != sides[x]:
+                for i in range(4):
+                    if i != k:
+                        v = nodes[x, i]
+                        a, b = np.int32(-1), np.int32(-1)
+                        for j in range(4):
+                            if j != i and j != k:
+                                a, b = nodes[x, j], a
+                        one[place[v]], two[place[v]] = a, b
+                        place[v] += 1
+    longest = 0
+    for v in range(n):
+        longest = max(longest, starts[v + 1] - starts[v])
+    number = np.full(n + 1, -1, np.int32)
+    parent, degree = np.empty(2 * longest, np.int32), np.empty(2 * longest, np.int32)
+    for v in range(n):
+        if star_starts[v + 1] == star_starts[v]:
+            continue
+        count, regions = np.int32(0), 1
+        for f in range(starts[v], starts[v + 1]):
+            for u in (one[f], two[f]):
+                if number[u] < 0:
+                    number[u] = count
+                    parent[count], degree[count] = count, 0
+                    count += 1
+                degree[number[u]] += 1
+            a, b = number[one[f]], number[two[f]]
+            while parent[a] != a:
+                a = parent[a]
+            while parent[b] != b:
+                b = parent[b]
+            parent[a] = b
+        for i in range(count):
+            regions += (parent[i] == i) + degree[i] // 2 - 1
+        for f in range(starts[v], starts[v + 1]):
+            number[one[f]], number[two[f]] = -1, -1
+        excess[v] = regions - 2
 
 
 @kernel
@@ -275,7 +314,7 @@ def wall(points, spacing, i, j, k):
 
 
 @kernel
-def flip(points, spacing, nodes, links, sides, x, queue, seen, counted, stamp, excess):
+def flip(points, spacing, nodes, links, sides, x, starts, star, queue, seen, stamp, excess):
     """Flip node x: the change of energy without topology, the change of the surface's Euler number, the last stamp."""
     n = len(points)
     energy, chi = 0.0, 0
@@ -298,7 +337,7 @@ def flip(points, spacing, nodes, links, sides, x, queue, seen, counted, stamp, e
         if v < n:
             stamp += 1
             old = excess[v]
-            new = umbrellas(nodes, links, sides, np.int64(v), np.int64(x), queue, seen, counted, stamp)
+            new = umbrellas(nodes, links, sides, v, starts, star, queue, seen, stamp)
             excess[v] = new
             energy += (BURIED if new < 0 else PINCH * new) - (BURIED if old < 0 else PINCH * old)
             chi += (new >= 0) - (old >= 0)
@@ -315,6 +354,8 @@ def move(
     m,
     sides,
     seed,
+    starts,
+    star,
     reach,
     hopeless,
     order,
@@ -323,7 +364,6 @@ def move(
     after,
     label,
     seen,
-    counted,
     mark,
     excess,
     stirred,
@@ -350,7 +390,7 @@ def move(
             y = links[x, k]
             if mark[y] != -first and sides[y] != side and component[y] not in touched:
                 touched.append(component[y])
-        change, turned, stamp = flip(points, spacing, nodes, links, sides, x, queue, seen, counted, stamp, excess)
+        change, turned, stamp = flip(points, spacing, nodes, links, sides, x, starts, star, queue, seen, stamp, excess)
         energy += change
         chi += turned
         mark[x] = -first
@@ -369,7 +409,7 @@ def move(
                 mark[y] = first
                 heapq.heappush(heap, (order * np.float64(gate[x, k]), np.int64(y)))
     for i in range(length - 1, best_length - 1, -1):
-        _, _, stamp = flip(points, spacing, nodes, links, sides, chain[i], queue, seen, counted, stamp, excess)
+        _, _, stamp = flip(points, spacing, nodes, links, sides, chain[i], starts, star, queue, seen, stamp, excess)
     best = 0.0
     if best_length > 0:
         stamp += 1
@@ -379,7 +419,9 @@ def move(
         if best > -1e-9:
             best = 0.0
             for i in range(best_length - 1, -1, -1):
-                _, _, stamp = flip(points, spacing, nodes, links, sides, chain[i], queue, seen, counted, stamp, excess)
+                _, _, stamp = flip(
+                    points, spacing, nodes, links, sides, chain[i], starts, star, queue, seen, stamp, excess
+                )
         else:
             state[1] += pieces
             state[3] += 1
@@ -424,16 +466,11 @@ def repair(points, spacing, nodes, links, gate, m, sides, pole, anti, rounds):
     """Improve `sides` in place; returns `excess` (n,) of every sample (0: one umbrella, -1: buried, more: pinched) and the moves."""
     n = len(points)
     N = len(nodes)
-    stars, around = star_sizes(nodes, n)
-    longest = 8
-    for v in range(n):
-        longest = max(longest, stars[v])
-    queue = np.empty(max(N, 2 * longest + 2), np.int32)
+    starts, star = star_lists(nodes, n)
+    queue = np.empty(N, np.int32)
     after = np.empty(N, np.int32)
     label = np.empty(N, np.int32)
-    star = np.empty(longest + 1, np.int32)
     seen = np.zeros(N, np.int64)
-    counted = np.zeros(N, np.int64)
     mark = np.zeros(N, np.int64)
     component = np.empty(N, np.int32)
     size = np.empty(N + 1, np.int64)
@@ -443,13 +480,14 @@ def repair(points, spacing, nodes, links, gate, m, sides, pole, anti, rounds):
     tried = np.full(n, -1, np.int64)  # and of the last attempt to mend it,
     tried_from = np.full(N, -1, np.int64)  # or to cut a handle or reach an island from a node
     state = np.zeros(4, np.int64)
-    state[0] = excesses(nodes, links, sides, around, queue, seen, counted, 0, excess)
+    excesses(nodes, links, sides, starts, excess)
+    state[1] = state[2] = number_components(links, sides, component, size, queue)
     for _ in range(rounds):
-        state[1] = number_components(links, sides, component, size, queue)
-        state[2] = state[1]
+        if state[2] > N // 2:  # numbers of components that are no more
+            state[1] = state[2] = number_components(links, sides, component, size, queue)
         gained = 0.0
         for v in range(n):
-            if around[v] < 0 or excess[v] == 0 or tried[v] >= stirred[v]:
+            if starts[v] == starts[v + 1] or excess[v] == 0 or tried[v] >= stirred[v]:
                 continue
             for seed in (anti[v], pole[v]):
                 if excess[v] < 0 and 0 <= seed < m and state[2] < N - 64:
@@ -462,6 +500,8 @@ def repair(points, spacing, nodes, links, gate, m, sides, pole, anti, rounds):
                         m,
                         sides,
                         np.int64(seed),
+                        starts,
+                        star,
                         np.int64(REACH_BURIED),
                         HOPELESS_BURIED,
                         -1.0,
@@ -470,7 +510,6 @@ def repair(points, spacing, nodes, links, gate, m, sides, pole, anti, rounds):
                         after,
                         label,
                         seen,
-                        counted,
                         mark,
                         excess,
                         stirred,
@@ -479,20 +518,7 @@ def repair(points, spacing, nodes, links, gate, m, sides, pole, anti, rounds):
                         size,
                     )
             if excess[v] != 0:
-                state[0] += 1
-                head, tail = 0, 1
-                star[0] = around[v]
-                seen[star[0]] = state[0]
-                while head < tail:
-                    x = star[head]
-                    head += 1
-                    for k in range(4):
-                        y = links[x, k]
-                        if nodes[x, k] != v and seen[y] != state[0]:
-                            seen[y] = state[0]
-                            star[tail] = y
-                            tail += 1
-                for i in range(tail):
+                for i in range(starts[v], starts[v + 1]):
                     if excess[v] != 0 and star[i] < m and state[2] < N - 64:
                         gained += move(
                             points,
@@ -503,6 +529,8 @@ def repair(points, spacing, nodes, links, gate, m, sides, pole, anti, rounds):
                             m,
                             sides,
                             np.int64(star[i]),
+                            starts,
+                            star,
                             np.int64(REACH_PINCH),
                             HOPELESS,
                             -1.0,
@@ -511,7 +539,6 @@ def repair(points, spacing, nodes, links, gate, m, sides, pole, anti, rounds):
                             after,
                             label,
                             seen,
-                            counted,
                             mark,
                             excess,
                             stirred,
@@ -542,6 +569,8 @@ def repair(points, spacing, nodes, links, gate, m, sides, pole, anti, rounds):
                     m,
                     sides,
                     np.int64(x),
+                    starts,
+                    star,
                     np.int64(REACH_HANDLE),
                     HOPELESS,
                     -1.0,
@@ -550,7 +579,6 @@ def repair(points, spacing, nodes, links, gate, m, sides, pole, anti, rounds):
                     after,
                     label,
                     seen,
-                    counted,
                     mark,
                     excess,
                     stirred,
@@ -582,6 +610,8 @@ def repair(points, spacing, nodes, links, gate, m, sides, pole, anti, rounds):
                     m,
                     sides,
                     np.int64(y),
+                    starts,
+                    star,
                     np.int64(REACH_BURIED),
                     HOPELESS_BURIED,
                     1.0,
@@ -590,7 +620,6 @@ def repair(points, spacing, nodes, links, gate, m, sides, pole, anti, rounds):
                     after,
                     label,
                     seen,
-                    counted,
                     mark,
                     excess,
                     stirred,
@@ -600,16 +629,15 @@ def repair(points, spacing, nodes, links, gate, m, sides, pole, anti, rounds):
                 )
         if gained > -1e-9:
             break
-    absorb(nodes, links, gate, m, sides, component, size, queue, state)
-    state[0] = excesses(nodes, links, sides, around, queue, seen, counted, state[0], excess)
+    absorb(nodes, links, gate, m, sides, component, size, np.int64(state[2]))
+    excesses(nodes, links, sides, starts, excess)
     return excess, state[3]
 
 
 @kernel
-def absorb(nodes, links, gate, m, sides, component, size, queue, state):
+def absorb(nodes, links, gate, m, sides, component, size, count):
     """Flip the islands that are no voids: no gate inside is wider than the widest one of the wall around."""
     N = len(nodes)
-    count = number_components(links, sides, component, size, queue)
     inner = np.zeros(count, np.float32)
     outer = np.zeros(count, np.float32)
     for x in range(m):
@@ -623,4 +651,3 @@ def absorb(nodes, links, gate, m, sides, component, size, queue, state):
         c = component[x]
         if size[c] < min(ISLAND, BODY * N) and inner[c] <= outer[c]:
             sides[x] ^= 1
-    state[1] = number_components(links, sides, component, size, queue)
