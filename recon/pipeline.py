@@ -1,4 +1,4 @@
-"""The main job, top to bottom: points -> weights -> triangulation -> surface -> clean -> report."""
+"""The main job, top to bottom: points -> samples -> weights -> triangulation -> surface -> clean -> report."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from .mesh import Mesh
 from .postprocess import split_pinches
 from .regular import RegularTriangulation, regular_triangulation
 from .report import Report
+from .samples import Samples, clean_samples
 from .surface import Surface, compact_mesh, label_surface
 from .topology import topology
 
@@ -92,7 +93,7 @@ def reconstruct(
     surface: Literal["auto", "closed", "open", "complex"] = "auto",
     attributes: Mapping[str, ArrayLike] | None = None,
     clean: bool = True,
-    denoise: float | None = None,
+    denoise: bool | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Reconstruction:
@@ -112,8 +113,10 @@ def reconstruct(
         Carried over to the vertices of the mesh; those of a `PointCloud` by default.
     clean : bool
         Split vertices and edges where the surface touches itself, so that it is a manifold.
-    denoise : float, optional
-        Not available yet.
+    denoise : bool, optional
+        Move the samples to the local surface first: `recon.postprocess.denoise`. By default where most of the cloud is
+        noisy, by a twentieth of the spacing or more: `weighting.scatter`. Samples that are certainly none of the surface are
+        removed, `weighting.certain_outliers`, unless False. The report says what was moved and removed.
     threads : int, optional
         All by default. The result does not depend on it.
     progress : callable (stage, fraction), optional
@@ -138,24 +141,27 @@ def reconstruct(
     >>> result.surface, result.report["mesh"]["chi"], result.report["mesh"]["open_edges"]
     ('closed', 0, 0)
     """
-    if denoise is not None:
-        raise InvalidInput(f"denoise: not available yet, got {denoise!r}; leave it out")
+    if denoise is not None and not isinstance(denoise, bool):
+        raise InvalidInput(f"denoise: expected None (where there is noise), True or False, got {denoise!r}")
     if surface not in ("auto", "closed", "open", "complex"):
         raise InvalidInput(f"surface: expected 'auto', 'closed', 'open' or 'complex', got {surface!r}")
     if not np.isfinite(alpha):
         raise InvalidInput(f"alpha: expected a finite number [L^2], got {alpha}")
     clock = _Clock(progress)
 
+    clock.start("samples")
+    given = as_points(points, 3)
+    if len(given) < 4:
+        raise DegenerateInput(f"points: a surface needs at least 4, got {len(given)}")
+    carried = _as_attributes(getattr(points, "attributes", None) if attributes is None else attributes, len(given))
+    samples = clean_samples(given, denoise, threads)
+    located, hood = samples.points, samples.hood
+
     clock.start("weights")
-    located = as_points(points, 3)
-    if len(located) < 4:
-        raise DegenerateInput(f"points: a surface needs at least 4, got {len(located)}")
-    carried = _as_attributes(getattr(points, "attributes", None) if attributes is None else attributes, len(located))
-    hood = weighting.neighbors(located, threads=threads)
     spacing = weighting.spacing(hood)
     if not spacing.any():
         raise DegenerateInput("points: all lie in one spot; a surface needs points that span a plane or more")
-    w = _weigh(weights, hood, spacing) + alpha
+    w = samples.below_others(_weigh(weights, hood, spacing) + alpha)
 
     clock.start("triangulation")
     triangulation = regular_triangulation(located, w)
@@ -170,7 +176,7 @@ def reconstruct(
     mesh, copies = split_pinches(mesh) if clean else (mesh, 0)
 
     clock.start("report")
-    sections = _figures(located, hood, spacing, w, weights, triangulation, found, mesh, copies)
+    sections = _figures(samples, spacing, w, weights, triangulation, found, mesh, copies)
     seconds = clock.stop()
     return Reconstruction(
         mesh, w, triangulation, found.kind, found.confidence, Report({**sections, "seconds": seconds})
@@ -225,8 +231,7 @@ def _nothing_left(found: Surface, triangulation: RegularTriangulation, alpha: fl
 
 
 def _figures(
-    points: NDArray[np.float64],
-    hood: weighting.Neighborhood,
+    samples: Samples,
     spacing: NDArray[np.float64],
     w: NDArray[np.float64],
     asked: Any,
@@ -236,11 +241,13 @@ def _figures(
     copies: int,
 ) -> dict[str, dict[str, Any]]:
     """All counts of the report but the times."""
-    duplicates = len(points) - len(hood.rows)
+    duplicates = samples.duplicates
+    kept = len(samples.hood.rows)
     t = topology(mesh.faces)
     used = len(np.unique(mesh.vertex_source))
     return {
-        "input": {"points": len(points), "duplicates": duplicates},
+        "input": {"points": len(samples.points), "duplicates": duplicates},
+        "samples": samples.figures,
         "weights": {
             "kind": asked if isinstance(asked, str) else "given",
             "least": float(w.min()),
@@ -249,7 +256,7 @@ def _figures(
         },
         "triangulation": {
             "cells": len(triangulation.cells),
-            "hidden_points": len(triangulation.hidden) - duplicates,
+            "hidden_points": len(triangulation.hidden) - (len(samples.points) - kept),
         },
         "surface": {
             "kind": found.kind,
@@ -270,7 +277,7 @@ def _figures(
             "nonmanifold_edges": t.nonmanifold_edges,
             "nonmanifold_vertices": t.nonmanifold_vertices,
             "split_vertices": copies,
-            "share_of_points_used": used / len(hood.rows),
+            "share_of_points_used": used / kept,
         },
     }
 
@@ -280,7 +287,7 @@ class _Clock:
 
     def __init__(self, progress: Progress | None):
         self.progress = progress
-        self.stages = ["weights", "triangulation", "surface", "clean", "report"]
+        self.stages = ["samples", "weights", "triangulation", "surface", "clean", "report"]
         self.at: list[tuple[str, float]] = []
 
     def start(self, stage: str) -> None:

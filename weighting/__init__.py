@@ -9,22 +9,29 @@
 """
 
 from .adaptive import adaptive_weights
+from .closing import Closure, closing_weights, closure
 from .contradiction import Contradiction, NotRegular
 from .covering import covering
 from .density import spacing
 from .enforce import enforce
 from .grading import graded
 from .neighborhood import Neighborhood, neighbors
+from .projection import Scatter, scatter
 from .shape import Curvature, curvature, noise
-from .stray import outliers
+from .stray import certain_outliers, outliers
 from .thickness import sufficient_weight, thickness
 
 __all__ = [
+    "Closure",
     "Contradiction",
     "Curvature",
     "Neighborhood",
+    "Scatter",
     "NotRegular",
     "adaptive_weights",
+    "certain_outliers",
+    "closing_weights",
+    "closure",
     "covering",
     "curvature",
     "enforce",
@@ -32,6 +39,7 @@ __all__ = [
     "neighbors",
     "noise",
     "outliers",
+    "scatter",
     "spacing",
     "sufficient_weight",
     "thickness",

@@ -1,5 +1,6 @@
 """What is done to a mesh after the complex: Mesh in, Mesh out, each step saying what it changed."""
 
 from .clean import split_pinches
+from .denoise import denoise
 
-__all__ = ["split_pinches"]
+__all__ = ["denoise", "split_pinches"]

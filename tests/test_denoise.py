@@ -1,0 +1,272 @@
+"""Noise: told from shape, taken out, and nothing else taken with it."""
+
+import numpy as np
+import pytest
+
+import datasets_synthetic
+import recon
+import weighting
+from recon.postprocess import denoise
+from recon.topology import topology
+
+
+def cloud(name, noise=0.0, n=4000, **how):
+    """A surface, a sample of it with noise in units of the mean spacing, and that spacing."""
+    surface = datasets_synthetic.surface(name)
+    spacing = np.sqrt(surface.area / n)
+    return surface, surface.sample(n, noise=noise * spacing, **{"rng": 3, **how}), spacing
+
+
+def two_sheets(apart, noise, n=6000):
+    rng = np.random.default_rng(5)
+    top = rng.integers(0, 2, n) * apart
+    flat = rng.uniform(0, np.sqrt(n / 2), (n, 2))
+    return np.column_stack([flat, top + noise * rng.normal(size=n)]), top
+
+
+# --- what is noise -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["sphere", "torus", "bumpy_sphere", "box", "csg_part", "swiss_roll", "mobius_band"])
+@pytest.mark.parametrize("noise", [0.1, 0.4])
+def test_noise_is_seen_and_measured(name, noise):
+    _, sample, spacing = cloud(name, noise, n=8000)
+    found = weighting.scatter(sample.points)
+    assert found.noisy > 0.5
+    assert found.sigma.mean() == pytest.approx(noise * spacing, rel=0.2)
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["sphere", "torus", "ellipsoid", "box", "rounded_box", "cone_frustum", "trefoil", "genus_3", "csg_part", "disk"],
+)
+@pytest.mark.parametrize("n", [1000, 4000])
+def test_shape_is_not_noise(name, n):
+    _, sample, _ = cloud(name, n=n, density=10.0)
+    assert weighting.scatter(sample.points).noisy == 0
+
+
+def test_two_sheets_are_not_noise():
+    assert weighting.scatter(two_sheets(2.0, 0.0)[0]).noisy == 0
+
+
+def test_the_level_follows_noise_that_varies_over_the_cloud():
+    surface, sample, spacing = cloud("torus", n=20000)
+    side = sample.clean[:, 0] > 0
+    rng = np.random.default_rng(1)
+    noisy = sample.clean + sample.normals * (np.where(side, 0.3, 0.1) * spacing * rng.normal(size=len(side)))[:, None]
+    sigma = weighting.scatter(noisy).sigma / spacing
+    assert np.median(sigma[side]) == pytest.approx(0.3, rel=0.15)
+    assert np.median(sigma[~side]) == pytest.approx(0.1, rel=0.25)
+
+
+# --- taking it out -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["sphere", "torus", "ellipsoid", "swiss_roll"])
+@pytest.mark.parametrize("noise", [0.1, 0.3])
+def test_samples_of_a_smooth_surface_come_much_closer(name, noise):
+    surface, sample, _ = cloud(name, noise)
+    before, after = (np.abs(surface.distance(p)).mean() for p in (sample.points, denoise(sample.points)))
+    assert after < before / 3.5
+
+
+@pytest.mark.parametrize("kind", ["normal", "isotropic"])
+@pytest.mark.parametrize(("noise", "share"), [(0.1, 0.05), (0.3, 0.06), (0.5, 0.08)])
+def test_a_sphere_does_not_shrink(noise, share, kind):
+    surface, sample, spacing = cloud("sphere", noise, noise_kind=kind, n=8000)
+    assert abs(surface.distance(denoise(sample.points)).mean()) < share * noise * spacing
+
+
+def test_density_may_vary_fiftyfold():
+    surface, sample, _ = cloud("torus", 0.1, n=8000, density=50.0)
+    before, after = (np.abs(surface.distance(p)).mean() for p in (sample.points, denoise(sample.points)))
+    assert after < before / 3
+
+
+@pytest.mark.parametrize("name", ["box", "cylinder", "csg_part"])
+def test_sharp_edges_are_not_rounded_by_more_than_the_noise(name):
+    surface, sample, spacing = cloud(name, 0.1, n=8000)
+    foot = surface.nearest(sample.clean + 0.5 * spacing * np.random.default_rng(0).normal(size=sample.clean.shape))
+    edge = (foot.normals * sample.normals).sum(axis=1) < 0.5  # another face is within a spacing or so
+    assert edge.sum() > 100
+    off = surface.distance(denoise(sample.points)[edge])
+    assert np.sqrt((off**2).mean()) < 0.1 * spacing  # rms, against that of the noise
+    assert abs(off.mean()) < 0.03 * spacing
+
+
+def test_sheets_two_spacings_apart_stay_apart():
+    points, top = two_sheets(2.0, 0.1)
+    off = denoise(points)[:, 2] - top
+    assert np.abs(off).max() < 1 and np.abs(off).mean() < np.abs(points[:, 2] - top).mean()
+
+
+def test_the_boundary_of_a_sheet_is_not_pulled_inwards():
+    _, sample, spacing = cloud("disk", 0.1)
+    rim = np.hypot(*sample.clean[:, :2].T)
+    rim = rim > np.quantile(rim, 0.95)
+    inwards = np.hypot(*sample.points[rim, :2].T) - np.hypot(*denoise(sample.points)[rim, :2].T)
+    assert abs(inwards.mean()) < 0.01 * spacing and np.abs(inwards).max() < 0.2 * spacing
+
+
+def test_a_plane_without_noise_stays():
+    x, y = np.meshgrid(np.arange(30.0), np.arange(30.0))
+    plane = np.column_stack([x.ravel(), y.ravel(), x.ravel() + 2 * y.ravel()])
+    np.testing.assert_allclose(denoise(plane), plane, atol=1e-12)
+
+
+def test_outliers_neither_move_nor_pull():
+    surface, sample, spacing = cloud("torus", 0.1, n=8000, outliers=0.02)
+    moved = denoise(sample.points)
+    far = sample.is_outlier & (np.abs(surface.distance(sample.points)) > 8 * spacing)
+    assert far.sum() > 50
+    np.testing.assert_array_equal(moved[far], sample.points[far])
+    assert np.abs(surface.distance(moved[~sample.is_outlier])).mean() < 0.03 * spacing
+
+
+@pytest.mark.parametrize("scale", [2.0**-40, 1.0, 2.0**40])
+def test_scaling_by_a_power_of_two_is_exact(scale):
+    points = cloud("torus", 0.2, n=1500)[1].points
+    np.testing.assert_array_equal(denoise(points * scale), denoise(points) * scale)
+
+
+@pytest.mark.parametrize("scale", [1e-12, 1e12])
+@pytest.mark.parametrize("offset", [0.0, 5e5])
+def test_any_scale_and_offset(scale, offset):
+    surface, sample, _ = cloud("torus", 0.2, n=1500)
+    moved = denoise((sample.points + offset) * scale) / scale - offset
+    before, after = (np.abs(surface.distance(p)).mean() for p in (sample.points, moved))
+    assert after < before / 3
+
+
+def test_order_duplicates_and_threads_change_nothing():
+    points = cloud("torus", 0.2, n=9000)[1].points
+    moved = denoise(points, threads=1)
+    np.testing.assert_array_equal(denoise(points, threads=3), moved)
+    order = np.random.default_rng(0).permutation(len(points))
+    np.testing.assert_array_equal(denoise(points[order]), moved[order])
+    np.testing.assert_array_equal(denoise(np.concatenate([points, points[:50]])), np.concatenate([moved, moved[:50]]))
+
+
+@pytest.mark.parametrize("n", [1, 2, 5, 8, 9, 12, 20])
+@pytest.mark.parametrize("shape", ["line", "spot", "cloud"])
+def test_few_or_degenerate_points_stay_finite(n, shape):
+    t = np.arange(float(n))[:, None]
+    points = {"line": t * [1, 2, 3], "spot": t * 0 + [1, 2, 3], "cloud": np.random.default_rng(n).random((n, 3))}[shape]
+    moved = denoise(points)
+    assert np.isfinite(moved).all() and moved.shape == points.shape
+    if shape != "cloud":
+        np.testing.assert_allclose(moved, points, atol=1e-12)
+
+
+def test_a_flat_cloud_is_refused():
+    with pytest.raises(recon.InvalidInput, match="3 columns"):
+        denoise(np.zeros((5, 2)))
+    with pytest.raises(recon.InvalidInput, match="d = 3"):
+        weighting.scatter(np.zeros((5, 2)))
+
+
+# --- of a mesh -----------------------------------------------------------------------------------------------------
+
+
+def test_a_mesh_keeps_its_faces_and_does_not_run_into_itself():
+    surface, sample, _ = cloud("torus", 0.3, n=3000)
+    mesh = recon.reconstruct(sample.points, denoise=False).mesh
+    smooth = denoise(mesh)
+    np.testing.assert_array_equal(smooth.faces, mesh.faces)
+    before, after = (np.abs(surface.distance(m.vertices)).mean() for m in (mesh, smooth))
+    assert after < before / 2
+    recon.certify(smooth)
+
+
+def test_sheets_of_a_mesh_do_not_see_each_other():
+    points, top = two_sheets(0.5, 0.1, n=2000)
+    from scipy.spatial import Delaunay
+
+    faces = [np.flatnonzero(top == h)[Delaunay(points[top == h, :2]).simplices] for h in (0.0, 0.5)]
+    smooth = denoise(recon.Mesh.from_arrays(points, np.concatenate(faces)))
+    assert np.abs(smooth.vertices[:, 2] - top).mean() < 0.6 * np.abs(points[:, 2] - top).mean()
+    assert topology(smooth.faces).components == 2
+
+
+# --- in the whole job ----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("noise", [0.1, 0.3, 0.5])
+def test_noise_up_to_half_the_spacing_leaves_the_topology_right(noise):
+    surface, sample, spacing = cloud("torus", noise, n=6000)
+    result = recon.reconstruct(sample.points)
+    t = topology(result.mesh.faces)
+    assert (t.closed, t.manifold, t.genus) == (True, True, 1)
+    told = result.report["samples"]
+    assert told["denoised"] and told["noise_in_spacings"] == pytest.approx(noise, rel=0.2)
+    moved = np.linalg.norm(result.mesh.vertices - sample.points[result.mesh.vertex_source], axis=1)
+    assert 0 < moved.max() <= told["greatest_move"]
+    recon.certify(result)
+
+
+def test_clean_samples_stay_bit_for_bit():
+    _, sample, _ = cloud("torus", 0.0)
+    result = recon.reconstruct(sample.points)
+    assert not result.report["samples"]["denoised"]
+    np.testing.assert_array_equal(result.mesh.vertices, sample.points[result.mesh.vertex_source])
+
+
+def test_denoising_can_be_refused_and_asked_for():
+    _, noisy, _ = cloud("torus", 0.2)
+    off = recon.reconstruct(noisy.points, denoise=False)
+    np.testing.assert_array_equal(off.mesh.vertices, noisy.points[off.mesh.vertex_source])
+    assert off.report["samples"] == {"removed_outliers": 0, "denoised": False}
+    _, clean, _ = cloud("torus", 0.0)
+    assert recon.reconstruct(clean.points, denoise=True).report["samples"]["denoised"]
+    with pytest.raises(recon.InvalidInput, match="denoise"):
+        recon.reconstruct(clean.points, denoise=0.5)
+
+
+@pytest.mark.parametrize("name", ["sphere", "torus", "genus_2", "capsule"])
+def test_a_tenth_of_uniform_outliers_does_not_change_the_topology(name):
+    surface, sample, _ = cloud(name, n=8000, outliers=0.1, rng=0)
+    result = recon.reconstruct(sample.points)
+    t = topology(result.mesh.faces)
+    assert (t.closed, t.manifold, t.components, t.euler) == (True, True, 1, surface.euler)
+    assert result.report["samples"]["removed_outliers"] == weighting.certain_outliers(sample.points).sum() > 700
+    recon.certify(result)
+
+
+@pytest.mark.parametrize("name", ["sphere", "csg_part", "thin_plate", "paraboloid", "trefoil"])
+@pytest.mark.parametrize("density", ["area", 50.0])
+def test_no_sample_of_a_clean_surface_is_removed(name, density):
+    for noise in (0.0, 0.5):
+        assert not weighting.certain_outliers(cloud(name, noise, density=density)[1].points).any()
+
+
+@pytest.mark.data
+@pytest.mark.parametrize(
+    "path",
+    ["meshes/femur.off", "meshes/mannequin-devil.off", "points/oni.pwn", "points/samp11-utm.pcd", "points/horse.ply"],
+)
+def test_no_sample_of_a_real_scan_is_removed(path):
+    import os
+    from pathlib import Path
+
+    points = recon.read_points(Path(os.environ["RECON_DATA"]) / path).points
+    assert not weighting.certain_outliers(points).any()
+
+
+@pytest.mark.data
+def test_real_scans_are_denoised_where_they_are_noisy_alone():
+    import os
+    from pathlib import Path
+
+    folder = Path(os.environ["RECON_DATA"])
+    noisy = {"points/milk.pcd", "points/fin90_with_PCA_normals.xyz", "points/hippo1.ply"}
+    clean = {
+        "points/kitten.xyz",
+        "points/horse.ply",
+        "points/oni.pwn",
+        "meshes/femur.off",
+        "meshes/hand.off",
+        "meshes/elephant.off",
+    }
+    found = {path for path in noisy | clean if weighting.scatter(recon.read_points(folder / path).points).noisy >= 0.5}
+    assert found == noisy

@@ -1,0 +1,232 @@
+"""Quadrics over a sample's surroundings at several scales at once, and their blend."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from recon._kernels.compile import kernel
+
+from ._frame import normal_of, tangents_of
+
+TERMS = 6  # h = a0 + a1 u + a2 v + a3 u^2 + a4 uv + a5 v^2
+MOMENTS = 22  # 15 of u, v up to degree 4; 6 of h times the terms; h^2
+LEAST = 9  # samples of a fit
+CROWD = 160  # samples that one fit sees at most
+RINGS = 3  # of neighbours that are asked for a fit
+DISCOUNT = 9.0  # heights up to three sigma do not count as distance: in a plain ball, noise would flatten the rim
+SINGULAR = 1e-9  # of its square, what the other terms leave of a term for it to have a coefficient
+GRAM = np.array(  # which moment each entry of the normal matrix is; order 1 u v uu uv vv uuu uuv uvv vvv u4 u3v u2v2 uv3 v4
+    [
+        [0, 1, 2, 3, 4, 5],
+        [1, 3, 4, 6, 7, 8],
+        [2, 4, 5, 7, 8, 9],
+        [3, 6, 7, 10, 11, 12],
+        [4, 7, 8, 11, 12, 13],
+        [5, 8, 9, 12, 13, 14],
+    ]
+)
+
+
+@kernel
+def fit_scales(points, first, links, spacing, skip, sigma, rows, near_sq, levels, wide, slack, variance, chosen, frame):
+    """Fit the samples within sqrt(near_sq 2^l) spacings of each row, reached along links, for every level l below `levels`.
+
+    variance: of the distance to the quadric at each level [L^2], NaN where it is not determined. chosen: the widest level
+    whose variance is below sigma^2 (1 + slack sqrt(2 / freedom)), -1 where there is none. frame: of that fit the
+    normal of its plane, the six coefficients, in units of the spacing. The plane is that of level `wide`.
+    """
+    n = len(points)
+    seen = np.full(n, -1, np.int64)
+    queue, distance = np.empty(CROWD, np.int64), np.empty(CROWD)
+    moment, count = np.empty((levels, MOMENTS)), np.empty(levels)
+    factor, half, solution = np.empty((TERMS, TERMS)), np.empty(TERMS), np.empty(TERMS)
+    widest = near_sq * 2.0 ** (levels - 1)
+    for row in range(len(rows)):
+        i = rows[row]
+        chosen[i] = -1
+        for level in range(levels):
+            variance[row, level] = np.nan
+        unit = spacing[i]
+        if unit == 0.0 or skip[i]:
+            continue
+        px, py, pz = points[i, 0], points[i, 1], points[i, 2]
+        noise_sq = (sigma[i] / unit) ** 2
+        reach = widest + (9.0 * noise_sq + 0.25 * widest)
+        # whom the links reach
+        queue[0], distance[0], seen[i] = i, 0.0, i
+        size, head = 1, 0
+        while head < size:
+            a = queue[head]
+            head += 1
+            for e in range(first[a], first[a + 1]):
+                q = links[e]
+                if seen[q] == i or skip[q]:
+                    continue
+                seen[q] = i
+                x, y, z = (points[q, 0] - px) / unit, (points[q, 1] - py) / unit, (points[q, 2] - pz) / unit
+                square = x * x + y * y + z * z
+                if square <= reach and size < CROWD:
+                    queue[size], distance[size] = q, square
+                    size += 1
+        # plane
+        limit = near_sq * 2.0 ** wide[i]
+        total = sx = sy = sz = xx = xy = xz = yy = yz = zz = 0.0
+        for j in range(size):
+            if distance[j] > limit:
+                continue
+            q = queue[j]
+            x, y, z = (points[q, 0] - px) / unit, (points[q, 1] - py) / unit, (points[q, 2] - pz) / unit
+            total += 1.0
+            sx, sy, sz = sx + x, sy + y, sz + z
+            xx, xy, xz, yy, yz, zz = xx + x * x, xy + x * y, xz + x * z, yy + y * y, yz + y * z, zz + z * z
+        nx, ny, nz = normal_of(
+            xx - sx * sx / total,
+            xy - sx * sy / total,
+            xz - sx * sz / total,
+            yy - sy * sy / total,
+            yz - sy * sz / total,
+            zz - sz * sz / total,
+        )
+        ux, uy, uz, vx, vy, vz = tangents_of(nx, ny, nz)
+        # moments, ring by ring
+        for level in range(levels):
+            count[level] = 0.0
+            for a in range(MOMENTS):
+                moment[level, a] = 0.0
+        for j in range(size):
+            q = queue[j]
+            x, y, z = (points[q, 0] - px) / unit, (points[q, 1] - py) / unit, (points[q, 2] - pz) / unit
+            u, v, h = x * ux + y * uy + z * uz, x * vx + y * vy + z * vz, x * nx + y * ny + z * nz
+            uu, uv, vv = u * u, u * v, v * v
+            level, limit = 0, near_sq
+            square = uu + vv + max(h * h - DISCOUNT * noise_sq, 0.0)
+            while level < levels and square > limit:
+                level, limit = level + 1, 2.0 * limit
+            if level == levels:
+                continue
+            count[level] += 1.0
+            moment[level, 1] += u
+            moment[level, 2] += v
+            moment[level, 3] += uu
+            moment[level, 4] += uv
+            moment[level, 5] += vv
+            moment[level, 6] += uu * u
+            moment[level, 7] += uu * v
+            moment[level, 8] += u * vv
+            moment[level, 9] += vv * v
+            moment[level, 10] += uu * uu
+            moment[level, 11] += uu * uv
+            moment[level, 12] += uu * vv
+            moment[level, 13] += uv * vv
+            moment[level, 14] += vv * vv
+            moment[level, 15] += h
+            moment[level, 16] += u * h
+            moment[level, 17] += v * h
+            moment[level, 18] += uu * h
+            moment[level, 19] += uv * h
+            moment[level, 20] += vv * h
+            moment[level, 21] += h * h
+        for level in range(levels):
+            if level > 0:
+                count[level] += count[level - 1]
+                for a in range(MOMENTS):
+                    moment[level, a] += moment[level - 1, a]
+            moment[level, 0] = count[level]
+            freedom = count[level] - TERMS
+            if count[level] < LEAST:
+                continue
+            # Cholesky
+            known, explained = True, 0.0
+            for a in range(TERMS):
+                for b in range(a + 1):
+                    value = moment[level, GRAM[a, b]]
+                    for c in range(b):
+                        value -= factor[a, c] * factor[b, c]
+                    if b < a:
+                        factor[a, b] = value / factor[b, b]
+                    elif value > SINGULAR * moment[level, GRAM[a, a]]:
+                        factor[a, a] = math.sqrt(value)
+                    else:
+                        known, factor[a, a] = False, 1.0
+                value = moment[level, 15 + a]
+                for c in range(a):
+                    value -= factor[a, c] * half[c]
+                half[a] = value / factor[a, a]
+                explained += half[a] * half[a]
+            if not known:
+                continue
+            left = max(moment[level, 21] - explained, 0.0) / freedom
+            variance[row, level] = left * unit * unit
+            if not left <= noise_sq * (1.0 + slack * math.sqrt(2.0 / freedom)):
+                continue
+            for a in range(TERMS - 1, -1, -1):
+                value = half[a]
+                for c in range(a + 1, TERMS):
+                    value -= factor[c, a] * solution[c]
+                solution[a] = value / factor[a, a]
+            chosen[i] = level
+            frame[i, 0], frame[i, 1], frame[i, 2] = nx, ny, nz
+            for a in range(TERMS):
+                frame[i, 3 + a] = solution[a]
+
+
+@kernel
+def blend(points, first, links, spacing, skip, sigma, rows, near_sq, most, chosen, frame, move):
+    """Where each row lies on the fits around it: the mean of their feet, near and wide fits counting more; displacements [L].
+
+    A row asks itself and its neighbours, then theirs, until somebody has a fit within `most` sigma: other fits are those
+    of another sheet, or of what is beyond an edge. NaN where there is none within `RINGS`.
+    """
+    n = len(points)
+    seen = np.full(n, -1, np.int64)
+    queue = np.empty(CROWD, np.int64)
+    for row in range(len(rows)):
+        i = rows[row]
+        move[row, 0] = move[row, 1] = move[row, 2] = np.nan
+        if spacing[i] == 0.0 or skip[i]:
+            continue
+        px, py, pz = points[i, 0], points[i, 1], points[i, 2]
+        widest = (most * sigma[i]) ** 2
+        queue[0], seen[i] = i, i
+        start, stop = 0, 1
+        total = mx = my = mz = 0.0
+        for ring in range(RINGS):
+            size = stop
+            for at in range(start, stop):
+                j = queue[at]
+                for e in range(first[j], first[j + 1]):
+                    q = links[e]
+                    if seen[q] != i and not skip[q] and size < CROWD:
+                        seen[q] = i
+                        queue[size] = q
+                        size += 1
+            for at in range(0 if ring == 0 else stop, size):
+                j = queue[at]
+                if chosen[j] < 0:
+                    continue
+                unit = spacing[j]
+                x, y, z = (px - points[j, 0]) / unit, (py - points[j, 1]) / unit, (pz - points[j, 2]) / unit
+                nx, ny, nz = frame[j, 0], frame[j, 1], frame[j, 2]
+                ux, uy, uz, vx, vy, vz = tangents_of(nx, ny, nz)
+                u, v, h = x * ux + y * uy + z * uz, x * vx + y * vy + z * vz, x * nx + y * ny + z * nz
+                gu = frame[j, 4] + 2.0 * frame[j, 6] * u + frame[j, 7] * v
+                gv = frame[j, 5] + frame[j, 7] * u + 2.0 * frame[j, 8] * v
+                value = frame[j, 3] + frame[j, 4] * u + frame[j, 5] * v
+                value += frame[j, 6] * u * u + frame[j, 7] * u * v + frame[j, 8] * v * v
+                slope = 1.0 + gu * gu + gv * gv
+                t = (value - h) / slope * unit
+                off = t * t * slope / widest
+                if not off < 1.0:
+                    continue
+                out = 4.0 * (u * u + v * v) / (near_sq * 2.0 ** chosen[j])  # 1 halfway to the rim of the fit
+                share = 2.0 ** chosen[j] / (1.0 + out * out) * (1.0 - off) ** 2
+                total += share
+                mx += share * t * (nx - gu * ux - gv * vx)
+                my += share * t * (ny - gu * uy - gv * vy)
+                mz += share * t * (nz - gu * uz - gv * vz)
+            if total > 0.0:
+                move[row, 0], move[row, 1], move[row, 2] = mx / total, my / total, mz / total
+                break
+            start, stop = stop, size

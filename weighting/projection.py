@@ -1,0 +1,205 @@
+"""Noise, told from shape by how it grows with scale; and where the samples would lie without it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from recon.contracts import InvalidInput
+
+from ._scales import blend, fit_scales
+from ._threads import over_ranges
+from .density import smooth_spacing
+from .neighborhood import RING, Neighborhood, neighbors
+from .stray import strays
+
+NEAR_SQ = 4.0  # squared radius of the smallest fit [spacings^2]: some 12 samples; each level has twice as many
+LEVELS = 4
+EVERY = 4  # one sample in so many has a fit of its own where the fits are wide, elsewhere every one
+SLACK = 3.0  # standard deviations by which the misfit of a fit may exceed the noise
+MOST = 5.0  # standard deviations of noise from a fit that a sample may be moved
+STRONG = 0.25  # noise [spacings] from which on planes need more samples
+LOOKED_AT = 4096  # samples from which the noise level is taken
+STRETCH = 256  # of those along the space filling curve, for which there is one level
+# The lower quartile of chi^2 over its degrees of freedom, for the 12 - 6 of the smallest fit. The quartile, and not the
+# median, so that up to three quarters of a stretch may lie on edges.
+QUARTILE = 0.576
+# A stretch is noisy when its level is above LEAST spacings; the same everywhere in it, the upper quartile of the misfits at
+# most SPREAD times the lower (1.5 for noise, 2.3 and more for shape); and the same at twice the area, up to GROWTH
+# (1.0 to 1.2 for noise, 1.4 at creases, 3 and more where the surface is smooth).
+LEAST, SPREAD, GROWTH = 0.05, 2.5, 1.3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scatter:
+    """How noisy a cloud is.
+
+    Attributes
+    ----------
+    sigma : (n,) ndarray of float64 [L]
+        Standard deviation from a smooth surface, along its normal; the same for stretches of neighbours. Only an upper
+        bound where it is not noise. 0 where there are too few samples to say.
+    relative : float
+        Median of it, in local spacings.
+    noisy : float
+        Share of the cloud where it is noise, and at least a twentieth of the spacing: not shape finer than the samples show.
+    """
+
+    sigma: NDArray[np.float64]
+    relative: float
+    noisy: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Linked:
+    """Samples that know their neighbours, those next to each other in space being so in the arrays.
+
+    Attributes
+    ----------
+    points : (m, 3) ndarray of float64 [L]
+    first : (m + 1,) ndarray of int64
+        The neighbours of i are links[first[i]:first[i + 1]].
+    links : ndarray of int
+    spacing : (m,) ndarray of float64 [L]
+    skip : (m,) ndarray of bool
+        Samples that are none of the surface.
+    """
+
+    points: NDArray[np.float64]
+    first: NDArray[np.int64]
+    links: NDArray[np.integer]
+    spacing: NDArray[np.float64]
+    skip: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, hood: Neighborhood) -> Linked:
+        """The distinct points of a neighbourhood, outliers left out."""
+        k = min(RING, hood.k)
+        first = np.arange(len(hood.points) + 1, dtype=np.int64) * k
+        links = np.ascontiguousarray(hood.index[:, :k]).ravel()
+        return cls(hood.points, first, links, smooth_spacing(hood), strays(hood)[0])
+
+
+def scatter(points: ArrayLike | Neighborhood, *, threads: int | None = None) -> Scatter:
+    """Tell how noisy a cloud is, and whether it is noise.
+
+    Parameters
+    ----------
+    points : (n, 3) array_like of float [L], or Neighborhood
+    threads : int, optional
+        All by default. The result does not depend on it.
+
+    Returns
+    -------
+    Scatter
+
+    Raises
+    ------
+    InvalidInput
+        Malformed points, d other than 3.
+
+    Notes
+    -----
+    Quadrics through some 12 and some 25 samples around each of at most 4,096. Their misfit, by degrees of freedom, is the
+    variance of the noise whatever the scale, where the surface is smooth; the misfit of a shape that no quadric has grows with the scale: as
+    the third power of the radius where it is smooth, in proportion at a crease. And noise is everywhere, shape here and there.
+
+    Examples
+    --------
+    >>> import datasets_synthetic
+    >>> ball = datasets_synthetic.surface("sphere")
+    >>> found = scatter(ball.sample(2000, noise=0.01, rng=0).points)
+    >>> float(np.median(found.sigma).round(3)), found.noisy
+    (0.01, 1.0)
+    >>> scatter(ball.sample(2000, rng=0).points).noisy
+    0.0
+    """
+    hood = neighbors(points, RING, threads=threads)
+    found = level(_three_dimensional(hood), threads)
+    return Scatter(found.sigma[hood.inverse], found.relative, found.noisy)
+
+
+def level(cloud: Linked, threads: int | None) -> Scatter:
+    """Noise of linked samples."""
+    n = len(cloud.points)
+    rows = np.arange(0, n, max(1, n // LOOKED_AT))
+    variance = _fit(cloud, np.zeros(n), rows, 2, (np.empty(n, np.int8), np.empty((n, 9))), threads)
+    known = np.isfinite(variance).all(axis=1)
+    parts = max(1, len(rows) // STRETCH)
+    sigma, noisy, total = np.zeros(n), 0, 0
+    bounds = np.linspace(0, len(rows), parts + 1).astype(np.int64)
+    for start, stop in zip(bounds[:-1], bounds[1:]):
+        here = slice(int(rows[start]), n if stop == len(rows) else int(rows[stop]))
+        total += here.stop - here.start
+        values = variance[start:stop][known[start:stop]]
+        if len(values) < STRETCH // 32:
+            continue
+        low, middle, high = np.quantile(values[:, 0], [0.25, 0.5, 0.75])
+        sigma[here] = np.sqrt(low / QUARTILE)
+        even = high <= SPREAD**2 * low and np.median(values[:, 1]) <= GROWTH**2 * middle
+        if even and sigma[here.start] > LEAST * np.median(cloud.spacing[here]):
+            noisy += here.stop - here.start
+    relative = np.divide(sigma, cloud.spacing, out=np.zeros(n), where=cloud.spacing > 0)
+    return Scatter(sigma, float(np.median(relative)), noisy / total)
+
+
+def onto_surface(cloud: Linked, sigma: NDArray[np.float64], threads: int | None) -> NDArray[np.float64]:
+    """Displacement of every linked sample to the local surface [L]; NaN where none is found within the noise.
+
+    Notes
+    -----
+    One sample in four, and every one where fits are narrow, is given a quadric, through the largest of four nested neighbourhoods (12 to 100 samples) whose misfit the
+    noise explains: wide where the surface is smooth, narrow where it bends, none across a crease, a corner or two sheets.
+    Every sample then moves to the mean of its feet on the quadrics of its neighbours that it lies within five
+    standard deviations of. Near creases these are the fits on its own side of it; those of the other side are too far.
+    Linear cost. Sources: local regression with the neighbourhood chosen from the residuals (Cleveland & Loader 1996);
+    the blend is a partition of unity (Ohtake et al. 2003), the limit that of robust moving least squares (Fleishman et al. 2005).
+    """
+    n = len(cloud.points)
+    fits = np.full(n, -1, np.int8), np.empty((n, 9))
+    rows = np.arange(n)
+    _fit(cloud, sigma, rows[::EVERY], LEVELS, fits, threads)
+    widest = np.zeros(n, bool)
+    widest[np.repeat(rows, np.diff(cloud.first))[fits[0][cloud.links] == LEVELS - 1]] = True
+    widest[::EVERY] = True
+    _fit(cloud, sigma, rows[~widest], LEVELS, fits, threads)
+    move = np.empty((n, 3))
+
+    def work(start: int, stop: int) -> None:
+        blend(
+            cloud.points, cloud.first, cloud.links, cloud.spacing, cloud.skip, sigma,
+            rows[start:stop], NEAR_SQ, MOST, *fits, move[start:stop],
+        )  # fmt: skip
+
+    over_ranges(work, n, threads)
+    return move
+
+
+def _fit(
+    cloud: Linked,
+    sigma: NDArray[np.float64],
+    rows: NDArray[np.int64],
+    levels: int,
+    fits: tuple[NDArray[np.int8], NDArray[np.float64]],
+    threads: int | None,
+) -> NDArray[np.float64]:
+    """Misfit of each row at each level; the level chosen and the quadric there go to `fits`."""
+    variance = np.empty((len(rows), levels))
+    wide = (sigma > STRONG * cloud.spacing).astype(np.int8)
+
+    def work(start: int, stop: int) -> None:
+        fit_scales(
+            cloud.points, cloud.first, cloud.links, cloud.spacing, cloud.skip, sigma,
+            rows[start:stop], NEAR_SQ, levels, wide, SLACK, variance[start:stop], *fits,
+        )  # fmt: skip
+
+    over_ranges(work, len(rows), threads)
+    return variance
+
+
+def _three_dimensional(hood: Neighborhood) -> Linked:
+    if hood.points.shape[1] != 3:
+        raise InvalidInput(f"points: a quadric needs d = 3, got {hood.points.shape[1]}")
+    return Linked.of(hood)
