@@ -146,6 +146,93 @@ def test_glb_keeps_large_coordinates_to_a_millionth_of_the_size(tmp_path, mesh):
     assert all(view["byteOffset"] % 4 == 0 for view in document["bufferViews"])
 
 
+def test_glb_comes_back(tmp_path, mesh):
+    assert set(recon.write_mesh(mesh, tmp_path / "m.glb")) == set(mesh.attributes) - {"normals", "colors"}
+    back = recon.read_mesh(tmp_path / "m.glb")
+    assert np.abs(back.vertices - mesh.vertices).max() < 1e-6 * np.ptp(mesh.vertices, axis=0).max()
+    assert np.array_equal(back.faces, mesh.faces)
+    assert np.array_equal(back.attributes["colors"][:, :3], mesh.attributes["colors"][:, :3])
+    length = np.linalg.norm(mesh.attributes["normals"], axis=1, keepdims=True)
+    assert np.allclose(back.attributes["normals"], mesh.attributes["normals"] / length, atol=1e-6)
+    assert (tmp_path / "m.glb").rename(tmp_path / "unnamed")
+    assert np.array_equal(recon.read_mesh(tmp_path / "unnamed").faces, mesh.faces)  # known by its first bytes
+
+
+@pytest.mark.peers
+def test_a_scene_of_trimeshs_is_read_as_trimesh_reads_it(tmp_path):
+    trimesh = pytest.importorskip("trimesh")
+    scene = trimesh.Scene()
+    ball, box = trimesh.creation.icosphere(1), trimesh.creation.box((1, 2, 3))
+    turned = trimesh.transformations.rotation_matrix(0.7, [1, 2, 3]) @ np.diag([2.0, 0.5, 1.0, 1.0])
+    mirror = np.diag([-1.0, 1.0, 1.0, 1.0])
+    mirror[:3, 3] = 500_000.25, 0, -7
+    arm = scene.add_geometry(ball, node_name="arm", transform=turned)
+    scene.add_geometry(box, parent_node_name=arm, transform=mirror)
+    scene.add_geometry(box, transform=np.eye(4))
+    ball.visual.vertex_colors = [9, 8, 7, 255]
+    (tmp_path / "s.glb").write_bytes(scene.export(file_type="glb"))
+    theirs = trimesh.load_scene(tmp_path / "s.glb").to_geometry()
+    ours = recon.read_mesh(tmp_path / "s.glb")
+    assert len(ours.faces) == len(theirs.faces) == len(ball.faces) + 2 * len(box.faces)
+    corners = [np.asarray(c).reshape(-1, 9) for c in (ours.vertices[ours.faces], theirs.vertices[theirs.faces])]
+    centres = [c.reshape(-1, 3, 3).mean(axis=1) for c in corners]
+    ranked = [c[np.lexsort(c.round(1).T)] for c in centres]
+    assert np.allclose(*ranked, atol=0.05)
+    volume = sum(part.volume for part in trimesh.load_scene(tmp_path / "s.glb").dump())
+    signed = np.linalg.det((ours.vertices - ours.vertices[0])[ours.faces]).sum() / 6
+    assert signed == pytest.approx(volume, rel=1e-3) and signed > 0  # the mirrored box is turned right
+
+
+def test_strips_and_fans_of_a_glb_are_triangles_and_points_are_points(tmp_path):
+    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0], [0, 2, 0]], "<f4")
+    for mode, expected in ((0, []), (5, [[0, 1, 2], [2, 1, 3], [2, 3, 4]]), (6, [[0, 1, 2], [0, 2, 3], [0, 3, 4]])):
+        document = {
+            "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "_TIME": 1}, "mode": mode}]}],
+            "accessors": [
+                {"bufferView": 0, "componentType": 5126, "count": 5, "type": "VEC3"},
+                {"bufferView": 0, "componentType": 5126, "count": 5, "type": "SCALAR"},
+            ],
+            "bufferViews": [{"buffer": 0, "byteLength": 60}],
+            "buffers": [{"byteLength": 60}],
+        }
+        text = json.dumps(document).encode()
+        text += b" " * (-len(text) % 4)
+        parts = [
+            len(text).to_bytes(4, "little"),
+            b"JSON",
+            text,
+            (60).to_bytes(4, "little"),
+            b"BIN\0",
+            corners.tobytes(),
+        ]
+        body = b"".join(parts)
+        (tmp_path / "m.glb").write_bytes(b"glTF\2\0\0\0" + (12 + len(body)).to_bytes(4, "little") + body)
+        content = recon.io.read(tmp_path / "m.glb")
+        assert getattr(content, "faces", np.zeros((0, 3))).tolist() == expected
+        assert np.array_equal(recon.read_points(tmp_path / "m.glb").points, corners)
+        assert np.array_equal(content.attributes["TIME"], corners.ravel()[:5])
+
+
+@pytest.mark.parametrize("extension", ["xyz", "csv", "ply", "npz"])
+def test_booleans_come_back_as_numbers_and_words_where_they_can(tmp_path, extension):
+    attributes = {"seen": np.array([True, False]), "name": np.array(["tree", "Ö"])}
+    lost = recon.write_points(UTM, tmp_path / f"p.{extension}", attributes=attributes)
+    back = recon.read_points(tmp_path / f"p.{extension}").attributes
+    assert back["seen"].tolist() == [1, 0]
+    assert lost == (() if extension == "npz" else ("name",))
+    assert extension != "npz" or (back["name"].tolist() == ["tree", "Ö"] and back["seen"].dtype == bool)
+
+
+def test_words_survive_a_reconstruction_and_what_holds_no_words_says_so(tmp_path):
+    points = np.random.default_rng(0).normal(size=(200, 3))
+    points /= np.linalg.norm(points, axis=1)[:, None]
+    names = np.array([f"p{k}" for k in range(200)])
+    recon.write_points(points, tmp_path / "p.npz", attributes={"name": names})
+    mesh = recon.reconstruct(recon.read_points(tmp_path / "p.npz")).mesh
+    assert np.array_equal(mesh.attributes["name"], names[mesh.vertex_source])
+    assert recon.write_mesh(mesh, tmp_path / "m.ply") == ("name",)
+
+
 @pytest.mark.parametrize("extension", ["ply", "obj", "off", "stl", "glb"])
 def test_a_mesh_without_faces_or_vertices_can_be_written(tmp_path, extension):
     recon.write_mesh(recon.Mesh.from_arrays(np.zeros((0, 3)), np.zeros((0, 3), int)), tmp_path / f"m.{extension}")

@@ -1,6 +1,7 @@
 """Bad files give one clear line that names the file and the place; nothing else ever comes out of a reader."""
 
 import io
+import json
 import os
 import random
 import re
@@ -206,11 +207,62 @@ def test_an_output_that_cannot_be_is_refused_before_any_work(tmp_path):
 
 
 def test_attributes_that_cannot_be_written_leave_nothing_behind(tmp_path):
-    with pytest.raises(recon.InvalidInput, match="attribute 'label': numbers can be written"):
-        recon.write_points(np.eye(3), tmp_path / "p.ply", attributes={"label": np.array(["a", "b", "c"])})
     with pytest.raises(recon.InvalidInput, match="attribute 'q': expected 3 rows"):
         recon.write_points(np.eye(3), tmp_path / "p.ply", attributes={"q": [1, 2]})
     assert os.listdir(tmp_path) == []
+
+
+def glb(document, body=b""):
+    text = document if isinstance(document, bytes) else json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    chunks = len(text).to_bytes(4, "little") + b"JSON" + text + len(body).to_bytes(4, "little") + b"BIN\0" + body
+    return b"glTF" + (2).to_bytes(4, "little") + (12 + len(chunks)).to_bytes(4, "little") + chunks
+
+
+def triangle(**changes):
+    """A sound document, with changes."""
+    sound = {
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}],
+        "buffers": [{"byteLength": 36}],
+    }
+    return glb(sound | changes, FLOATS)
+
+
+ACCESSOR = {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}
+
+
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        (b"glTF" + bytes(30), "no GLB of version 2"),
+        (triangle()[:-1], "promises .* bytes but has"),
+        (glb(b"{"), "its JSON cannot be read"),
+        (glb(b"[" * 100_000), "its JSON cannot be read"),
+        (glb([1]), "no glTF 2.0"),
+        (glb({}), "holds no points and no triangles"),
+        (triangle(extensionsRequired=["KHR_draco_mesh_compression"]), "needs the glTF extension 'KHR_draco"),
+        (triangle(accessors=[]), "no glTF 2.0"),
+        (triangle(accessors=[ACCESSOR | {"count": 4}]), "goes beyond its 36 bytes"),
+        (triangle(accessors=[ACCESSOR | {"count": 10**18}]), "goes beyond its 36 bytes"),
+        (triangle(accessors=[ACCESSOR | {"count": -1}]), "expected a whole number"),
+        (triangle(accessors=[ACCESSOR | {"sparse": {}}]), "is sparse"),
+        (triangle(bufferViews=[{"byteLength": 36, "byteStride": 4}]), "goes beyond"),
+        (triangle(buffers=[{"uri": "a.bin"}]), "in another file"),
+        (triangle(nodes=[{"mesh": 0, "children": [0]}], scenes=[{"nodes": [0]}]), "nodes must form a tree"),
+        (triangle(nodes=[{"mesh": 0, "matrix": [1, 2]}]), "no glTF 2.0"),
+        (triangle(meshes=[{"primitives": [{"attributes": {"POSITION": 0}, "mode": 1}]}]), "holds no points"),
+    ],
+)
+def test_a_bad_glb_is_one_clear_line(tmp_path, data, message):
+    (tmp_path / "m.glb").write_bytes(data)
+    with pytest.raises(recon.InvalidInput, match=message) as caught:
+        recon.read_mesh(tmp_path / "m.glb")
+    assert "m.glb" in str(caught.value) and "\n" not in str(caught.value)
+    (tmp_path / "m.glb").write_bytes(triangle())
+    assert recon.read_mesh(tmp_path / "m.glb").vertices.tolist() == [[0, 1, 2], [3, 4, 5], [6, 7, 8]]
 
 
 # ---- fuzzing: whatever the bytes, a result or a ReconError
@@ -227,7 +279,7 @@ def seeds(folder):
     made = {}
     for name, vertices in (("real", generator.normal(size=(20, 3))), ("exact", exact)):
         mesh = recon.Mesh.from_arrays(vertices, faces, attributes=attributes)
-        for extension in ("ply", "obj", "off", "stl"):
+        for extension in ("ply", "obj", "off", "stl", "glb"):
             recon.write_mesh(mesh, folder / f"{name}.{extension}")
         for extension in ("xyz", "csv", "npy", "npz"):
             recon.write_points(vertices, folder / f"{name}.{extension}", attributes=attributes)

@@ -40,7 +40,7 @@ def read_npz(data: bytes, name: str) -> Content:
         )
     content = _content(arrays.pop(found), f"{name}: array {found!r}")
     n = len(content.points)
-    others = {key: value for key, value in arrays.items() if value.shape[:1] == (n,) and value.dtype.kind in "fiub"}
+    others = {key: value for key, value in arrays.items() if value.shape[:1] == (n,) and value.dtype.kind != "V"}
     return Content(content.points, content.attributes | others)
 
 

@@ -17,12 +17,12 @@ from .files import STREAM, check_writable
 _TEXT = ("xyz", "asc", "pts", "pwn", "txt", "csv", "tsv", "xyzn", "xyzrgb", "xyzr")
 _READ_BY_EXTENSION = {
     **dict.fromkeys(_TEXT, "text"),
-    **{kind: kind for kind in ("ply", "off", "obj", "stl", "pcd", "npy", "npz", "las", "pdb")},
+    **{kind: kind for kind in ("ply", "off", "obj", "stl", "glb", "pcd", "npy", "npz", "las", "pdb")},
     **dict.fromkeys(("coff", "noff", "cnoff", "stoff"), "off"),
     "laz": "las",
     "ent": "pdb",
 }
-READERS = (*_TEXT, "ply", "off", "obj", "stl", "pcd", "npy", "npz", "las", "laz", "pdb", "ent")
+READERS = (*_TEXT, "ply", "off", "obj", "stl", "glb", "pcd", "npy", "npz", "las", "laz", "pdb", "ent")
 MESH_WRITERS = {"ply": "ply", "obj": "obj", "off": "off", "stl": "stl", "glb": "glb"}
 POINT_WRITERS = {
     "ply": "ply", "xyz": "xyz", "txt": "xyz", "asc": "xyz", "csv": "csv", "npy": "npy", "npz": "npz",
@@ -34,6 +34,7 @@ _MAGIC = (
     (b"\x93NUMPY", "npy"),
     (b"PK\x03\x04", "npz"),
     (b"LASF", "las"),
+    (b"glTF", "glb"),
 )
 _FOREIGN = {
     b"\x1f\x8b": "compressed with gzip: unpack it first",
@@ -41,7 +42,6 @@ _FOREIGN = {
     b"\xfd7zXZ": "compressed with xz: unpack it first",
     b"\x28\xb5\x2f\xfd": "compressed with zstd: unpack it first",
     b"ASTM-E57": "an E57 file: convert it to LAS, PLY or PCD",
-    b"glTF": "a GLB file, which is written but not read: convert it to PLY",
     b"%PDF": "a PDF document",
     b"\x89PNG": "a picture",
     b"\xff\xd8\xff": "a picture",
@@ -71,7 +71,9 @@ def read(data: bytes, name: str, extension: str, format: str | None) -> Content:
             return arrays.read_npy(data, name)
         case "npz":
             return arrays.read_npz(data, name)
-    module = {"ply": ply, "off": off, "obj": obj, "stl": stl, "pcd": pcd, "las": las, "pdb": molecules}[kind]
+    module = {"ply": ply, "off": off, "obj": obj, "stl": stl, "glb": glb, "pcd": pcd, "las": las, "pdb": molecules}[
+        kind
+    ]
     return module.read(data, name)
 
 
@@ -110,9 +112,11 @@ def writer_for(path: str | os.PathLike[str], format: str | None, writers: Mappin
 
 
 def kept(kind: str, attributes: Mapping[str, NDArray]) -> list[str]:
-    """Give the attributes that a format can hold."""
+    """Give the attributes that a format can hold: all that are numbers, NPZ words too, others by their names."""
     if kind not in _KEPT:
-        return list(attributes)
+        return [
+            key for key, value in attributes.items() if value.dtype.kind in ("fiubcUSmM" if kind == "npz" else "fiub")
+        ]
     return [key for key in _KEPT[kind] if key in attributes and _is_drawable(key, attributes[key], kind)]
 
 

@@ -84,9 +84,10 @@ def read(data: bytes, name: str, extension: str) -> Content:
 def write(file: BinaryIO, points: NDArray[np.float64], attributes: dict[str, NDArray], delimiter: str) -> None:
     """Write one line a point, with every digit that float64 needs.
 
-    The columns are named in a first line for CSV, in a comment where there are attributes, and else not at all.
+    Booleans are 0 and 1. The columns are named in a first line for CSV, in a comment where there are attributes, and else not at all.
     """
-    columns = {axis: points[:, index] for index, axis in zip(range(points.shape[1]), "xyz")} | flatten(attributes)
+    columns = {axis: points[:, index] for index, axis in zip(range(points.shape[1]), "xyz")}
+    columns |= {key: column * 1 if column.dtype == bool else column for key, column in flatten(attributes).items()}
     names = delimiter.join(columns)
     if delimiter == ",":
         file.write(f"{names}\n".encode())
