@@ -66,7 +66,7 @@ def _solid(family: AlphaComplex) -> Choice | None:
     least = np.full(len(family.triangulation.points), np.inf)
     np.minimum.at(least, family.simplices(d), family.rho(d)[:, None])
     joined = _connected(family).start
-    start = max(joined, float(least[np.isfinite(least)].max()))
+    start = max(joined, float(least[family.simplices(0)].max()))
     return Choice(start, "solid", "the least at which every point is a corner of a cell, in one piece", start, math.inf)
 
 
@@ -99,4 +99,4 @@ def _connected(family: AlphaComplex) -> Choice:
 
 def _between(start: float, stop: float, begin: float) -> float:
     """Geometric mean, taken from where the family begins: so that raising all weights lowers it by as much."""
-    return begin + math.sqrt((start - begin) * (stop - begin))
+    return begin + math.sqrt(start - begin) * math.sqrt(stop - begin)

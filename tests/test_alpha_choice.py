@@ -61,3 +61,13 @@ def test_raising_all_weights_lowers_every_choice_by_as_much(shift):
     assert [c.criterion for c in before] == [c.criterion for c in after]
     for one, two in zip(before, after):
         assert two.alpha + shift == pytest.approx(one.alpha, rel=1e-6, abs=1e-9)
+
+
+@pytest.mark.parametrize("exponent", [-400, -130, 130, 270])
+def test_choices_scale_with_the_points_up_to_the_ends_of_the_range(exponent):
+    points = np.random.default_rng(3).normal(size=(30, 3))
+    for expected, choice in zip(
+        alpha_complex(points).choices(), alpha_complex(np.ldexp(points, exponent)).choices(), strict=True
+    ):
+        assert choice.criterion == expected.criterion
+        assert choice.alpha == pytest.approx(np.ldexp(expected.alpha, 2 * exponent), rel=1e-9)

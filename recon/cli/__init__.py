@@ -12,6 +12,7 @@ from .info import info
 from .measure import measure
 from .reconstruct import reconstruct
 from .sample import sample
+from .view import view
 
 _EPILOG = """
 \b
@@ -20,6 +21,7 @@ Examples:
   recon info scan.xyz
   recon sample torus torus.xyz -n 10000 --noise 0.002
   recon measure mesh.ply torus
+  recon view scan.ply -o view.html
   recon reconstruct scans/*.las meshes/
 
 "-" is standard input or output. Exit codes: 0 done, 2 bad input or usage, 3 input without an answer, 4 an optional
@@ -39,5 +41,5 @@ def main() -> None:
     """
 
 
-for _command in (reconstruct, info, alphas, measure, sample, check):
+for _command in (reconstruct, info, alphas, measure, sample, view, check):
     main.add_command(_command)

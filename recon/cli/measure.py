@@ -45,7 +45,7 @@ def measure(
     from .work import interruptible
 
     measured = read_mesh(mesh, format=source_format)
-    truth = None if reference is None else _truth(reference)
+    truth = None if reference is None else truth_of(reference)
     cloud = None if points is None else read_points(points)
     count = None if cloud is None else len(cloud)
     metrics = interruptible(lambda: measure_mesh(measured, truth, points=count, samples=samples, seed=seed))
@@ -60,8 +60,8 @@ def print_metrics(metrics: list[Any], as_json: bool) -> None:
     print_table([(m.name, _shown(m.value, m.unit), m.meaning) for m in metrics])
 
 
-def _truth(reference: str) -> Any:
-    """Read the reference: a file where there is one, else an analytic surface."""
+def truth_of(reference: str) -> Any:
+    """Read a reference: a file where there is one, else an analytic surface."""
     from ..contracts import InvalidInput
     from ..io import read
     from ..mesh import Mesh

@@ -33,7 +33,9 @@ Examples:
 @click.option("--alpha", type=float, default=0.0, show_default=True, help="Added to every weight: a squared length.")
 @click.option("--no-clean", is_flag=True, help="Leave the mesh as the complex gives it.")
 @shared("drop")
-@click.option("--report", metavar="FILE", type=PATH, help="Write the report, too, as JSON.")
+@click.option(
+    "--report", metavar="FILE", type=PATH, help="Write the report, too: FILE.json, or FILE.html, a page to look at."
+)
 @shared("threads", "from", "to", "quiet", "json")
 def reconstruct(
     inputs: tuple[str, ...],
@@ -48,7 +50,7 @@ def reconstruct(
 ) -> None:
     """Make a mesh OUT from the points of IN.
 
-    IN may be PLY, XYZ, CSV, PTS, PWN, OFF, OBJ, STL, PCD, NPY, NPZ or LAS; of a mesh the vertices are taken. OUT is
+    IN may be PLY, XYZ, CSV, PTS, PWN, OFF, OBJ, STL, GLB, PCD, NPY, NPZ or LAS; of a mesh the vertices are taken. OUT is
     PLY (everything kept, double precision), OBJ, OFF, STL or GLB. With several inputs OUT is a folder.
     """
     from ..contracts import ReconError
@@ -63,7 +65,7 @@ def reconstruct(
     failed = 0
     for source, target in pairs:
         try:
-            result = _run(source, target, source_format, target_format, drop_invalid, quiet, options)
+            result, cloud = _run(source, target, source_format, target_format, drop_invalid, quiet, options)
         except ReconError as error:
             if len(pairs) == 1:
                 raise
@@ -71,7 +73,7 @@ def reconstruct(
             failed = failed or exit_code(error) or BUG
             continue
         if report is not None:
-            _write_report(report, result.report)
+            _write_report(report, result, cloud, source, options, quiet)
         if not quiet and len(pairs) > 1 and not as_json:
             click.echo(f"{source} -> {target}")
         if as_json or not quiet:
@@ -88,7 +90,7 @@ def _run(
     drop_invalid: bool,
     quiet: bool,
     options: dict[str, Any],
-) -> Any:
+) -> tuple[Any, PointCloud]:
     """Read, reconstruct, write."""
     from dataclasses import replace
 
@@ -136,7 +138,7 @@ def _run(
     lost = write_mesh(mesh, target, format=target_format)
     if lost and not quiet:
         complain(f"{target}: this format cannot hold {', '.join(lost)}; PLY can")
-    return result
+    return result, cloud
 
 
 def _file_rows(rows: Any, cloud: PointCloud) -> Any:
@@ -179,13 +181,28 @@ def _check_report(report: str, count: int) -> None:
 
     if count > 1:
         raise click.UsageError("--report takes one input")
-    if os.path.splitext(report)[1].lower() != ".json":
-        raise click.UsageError(f"--report: {report} should end in .json")
+    if os.path.splitext(report)[1].lower() not in (".json", ".html"):
+        raise click.UsageError(f"--report: {report} should end in .json or .html")
     check_writable(report)
 
 
-def _write_report(path: str, report: Any) -> None:
+def _write_report(path: str, result: Any, cloud: PointCloud, source: str, options: dict[str, Any], quiet: bool) -> None:
     from ..io.files import whole_file
+    from .work import Progress, interruptible
 
+    text = result.report.to_json() + "\n"
+    if path.lower().endswith(".html"):
+        from ..page import report_page
+
+        kept = {key: value for key, value in options.items() if key not in ("weights", "no_clean")}
+        kept["clean"] = not options["no_clean"]
+        title = "standard input" if source == "-" else os.path.basename(source)
+        progress = Progress(quiet)
+        try:
+            text = interruptible(
+                lambda: report_page(result, cloud, title=title, options=kept, progress=progress), progress.tick
+            )
+        finally:
+            progress.close()
     with whole_file(path) as file:
-        file.write(report.to_json().encode() + b"\n")
+        file.write(text.encode())

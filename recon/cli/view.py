@@ -1,0 +1,153 @@
+"""``recon view``: a page on which alpha sweeps through all shapes of a cloud."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING
+
+import click
+
+from .front import PATH, shared, surface_names
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from ..io import PointCloud
+    from ..mesh import Mesh
+    from .work import Progress
+
+_EXAMPLES = """
+\b
+Examples:
+  recon view scan.ply -o view.html
+  recon view scan.ply -o view.html --against truth.obj
+  recon view torus.xyz -o view.html --against torus
+  recon view atoms.pdb -o view.html --weights radius
+"""
+
+
+@click.command(short_help="Make a page to look at a cloud and all its shapes.", epilog=_EXAMPLES)
+@click.argument("cloud", type=PATH)
+@click.option(
+    "-o", "--out", required=True, metavar="FILE", type=PATH, help="The page to write, HTML; - for standard output."
+)
+@click.option(
+    "--against",
+    metavar="FILE|SURFACE",
+    shell_complete=surface_names,
+    help="Colour by the distance from this: a mesh, points, or a surface of `recon sample --list`.",
+)
+@click.option(
+    "--weights", default="adaptive", metavar="adaptive|uniform|radius|FILE", show_default=True,
+    help="Squared radius of the ball around each point: from local density, none, from the radii in the file, or one "
+    "number a line in a file.",
+)  # fmt: skip
+@click.option("--alpha", type=float, help="Where to begin; by default at the alpha that is recommended.")
+@shared("drop", "from", "threads", "quiet")
+def view(
+    cloud: str,
+    out: str,
+    against: str | None,
+    weights: str,
+    alpha: float | None,
+    drop_invalid: bool,
+    source_format: str | None,
+    threads: int | None,
+    quiet: bool,
+) -> None:
+    """Make a page to look at CLOUD and the whole family of its alpha shapes: one file, for any browser, without network.
+
+    A slider sweeps alpha; facets are coloured by what they are to the shape. The mesh of the cloud can be shown as
+    well: that of `recon reconstruct`, or that of the file if it has faces.
+    """
+    from ..io import check_writable
+    from ..io.files import whole_file
+    from ..page import view_page
+    from .measure import truth_of
+    from .work import Progress, interruptible, note_memory
+
+    check_writable(out)
+    truth = None if against is None else truth_of(against)
+    content, mesh = _read(cloud, source_format, drop_invalid)
+    note_memory(cloud, len(content), quiet)
+    progress = Progress(quiet)
+
+    def work() -> str:
+        shown, reason = (mesh, None) if mesh is not None else _reconstructed(content, weights, threads, progress)
+        progress("all alphas", 0.5)
+        w = _weights(weights, content)
+        kept = content.attributes
+        return view_page(
+            content.points,
+            w,
+            mesh=shown,
+            reference=truth,
+            alpha=alpha,
+            attributes=kept,
+            title=_title(cloud),
+            note=reason,
+        )
+
+    try:
+        page = interruptible(work, progress.tick).encode()
+    finally:
+        progress.close()
+    with whole_file(out) as file:
+        file.write(page)
+    if not quiet and out != "-":
+        click.echo(f"{out}: {len(content):,} points, {len(page) / 1e6:.1f} MB; open it in a browser")
+
+
+def _title(path: str) -> str:
+    return "standard input" if path == "-" else os.path.basename(path)
+
+
+def _read(path: str, source_format: str | None, drop_invalid: bool) -> tuple[PointCloud, Mesh | None]:
+    """Read points, and the mesh on them where the file has faces."""
+    from dataclasses import replace
+
+    import numpy as np
+
+    from ..io import PointCloud, read
+    from ..mesh import Mesh
+
+    content = read(path, format=source_format, drop_invalid=drop_invalid)
+    if not isinstance(content, Mesh):
+        return content, None
+    rows = np.arange(len(content.vertices))
+    return PointCloud(content.vertices, content.attributes, rows), replace(content, vertex_source=rows)
+
+
+def _weights(option: str, cloud: PointCloud) -> NDArray[np.float64] | None:
+    """Weights [L^2] that the option stands for; None for none."""
+    from ..contracts import InvalidInput
+    from ..io.molecules import ball_weights
+    from .weights import resolve
+
+    if option != "radius":
+        return resolve(option, cloud)
+    radius = cloud.attributes.get("radius")
+    if radius is None:
+        raise InvalidInput("--weights radius: the file gives no radii; PDB and XYZR files do")
+    return ball_weights(radius)
+
+
+def _reconstructed(
+    cloud: PointCloud, option: str, threads: int | None, progress: Progress
+) -> tuple[Mesh | None, str | None]:
+    """Make the mesh of a cloud that may have one; or say why there is none. Atoms are no samples of a surface."""
+    from ..contracts import DegenerateInput
+    from ..pipeline import reconstruct
+    from .weights import from_option
+
+    if cloud.points.shape[1] != 3 or option == "radius":
+        return None, None
+    weights = from_option(option, cloud)
+    try:
+        result = reconstruct(
+            cloud.points, weights, threads=threads, progress=lambda stage, share: progress(f"mesh: {stage}", share / 2)
+        )
+    except DegenerateInput as error:
+        return None, f"There is no mesh to show. {error}"
+    return result.mesh, None

@@ -1,0 +1,136 @@
+// A family of shapes, all alphas at once, as recon/page/family.py packs it: no drawing here.
+"use strict";
+
+async function unpack(table, text) {
+  const binary = atob(text.trim());
+  const zipped = new Uint8Array(binary.length);
+  for (let i = 0; i < zipped.length; i++) zipped[i] = binary.charCodeAt(i);
+  const stream = new Blob([zipped]).stream().pipeThrough(new DecompressionStream("gzip"));
+  const bytes = new Uint8Array(await new Response(stream).arrayBuffer());
+  const types = { Float64Array, Float32Array, Int32Array, Uint8Array };
+  const arrays = {};
+  let at = 0;
+  for (const { name, type, rows, columns } of table) {
+    const size = types[type].BYTES_PER_ELEMENT, total = rows * columns;
+    const flat = new Uint8Array(total * size);
+    for (let plane = 0; plane < size; plane++) {
+      for (let i = 0, to = plane; i < total; i++, to += size) flat[to] = bytes[at++];
+    }
+    const values = new types[type](flat.buffer);
+    arrays[name] = Array.from({ length: columns }, (_, k) => values.subarray(k * rows, (k + 1) * rows));
+    if (type === "Int32Array") for (const column of arrays[name]) for (let i = 1; i < rows; i++) column[i] += column[i - 1];
+  }
+  return arrays; // each a list of columns
+}
+
+function interleave(columns) {
+  const width = columns.length, rows = columns[0].length;
+  const out = new columns[0].constructor(rows * width);
+  columns.forEach((column, k) => { for (let i = 0; i < rows; i++) out[i * width + k] = column[i]; });
+  return out;
+}
+
+// How many of the ascending values are at most x, compared as doubles.
+function countUpTo(values, x) {
+  let low = 0, high = values.length;
+  while (low < high) {
+    const middle = (low + high) >>> 1;
+    if (values[middle] <= x) low = middle + 1; else high = middle;
+  }
+  return low;
+}
+
+class Family {
+  constructor(arrays) {
+    this.critical = arrays.critical[0];
+    this.betti = arrays.betti;
+    this.facets = arrays.facets;
+    [this.first, this.lower, this.upper] = arrays.intervals;
+    this.cells = arrays.cells;
+    this.entries = arrays.entries && arrays.entries[0];
+  }
+
+  rank(alpha) { return countUpTo(this.critical, alpha); }
+
+  // 0 singular, 1 regular, 2 interior, -1 exterior; r is the rank of alpha.
+  classOf(i, r) {
+    if (this.upper[i] < r) return 2;
+    if (this.lower[i] < r) return 1;
+    return this.first[i] < r ? 0 : -1;
+  }
+
+  // Write the corners of the facets of each shown class into target, class after class; give counts and starts.
+  select(alpha, shown, target) {
+    const r = this.rank(alpha), n = this.first.length, width = this.facets.length, counts = [0, 0, 0];
+    for (let i = 0; i < n; i++) if (this.first[i] < r) counts[this.upper[i] < r ? 2 : this.lower[i] < r ? 1 : 0]++;
+    const sizes = counts.map((count, k) => (shown[k] ? count * width : 0));
+    const starts = [0, sizes[0], sizes[0] + sizes[1]], at = starts.slice();
+    if (sizes.some((size) => size > 0)) {
+      for (let i = 0; i < n; i++) {
+        if (this.first[i] >= r) continue;
+        const kind = this.upper[i] < r ? 2 : this.lower[i] < r ? 1 : 0;
+        if (shown[kind]) for (let k = 0; k < width; k++) target[at[kind]++] = this.facets[k][i];
+      }
+    }
+    return { counts, starts, sizes };
+  }
+
+  selectCells(alpha, target) {
+    const r = this.rank(alpha);
+    let at = 0;
+    for (let i = 0; i < this.entries.length; i++) if (this.entries[i] < r) for (const corner of this.cells) target[at++] = corner[i];
+    return at;
+  }
+
+  // What the library's boundary(alpha) gives: rows of facets, singular ones ascending, and which are singular.
+  boundary(alpha) {
+    const r = this.rank(alpha), facets = [], singular = [];
+    for (let i = 0; i < this.first.length; i++) {
+      const kind = this.classOf(i, r);
+      if (kind !== 0 && kind !== 1) continue;
+      const row = this.facets.map((column) => column[i]);
+      facets.push(kind ? row : row.sort((a, b) => a - b));
+      singular.push(kind === 0);
+    }
+    return { facets, singular };
+  }
+
+  // The least alpha with an exposed facet at which it is not long gone: the next one at or after alpha, else the last before.
+  nearestExposed(alpha) {
+    const r = this.rank(alpha), n = this.critical.length;
+    let after = n, before = -1;
+    for (let i = 0; i < this.first.length; i++) {
+      const from = this.first[i], to = Math.min(this.upper[i], n);
+      if (from >= to) continue;
+      if (from >= r && from < after) after = from;
+      if (to <= r && to - 1 > before) before = to - 1;
+    }
+    return after < n ? this.critical[after] : before >= 0 ? this.critical[before] : null;
+  }
+}
+
+// Places 0 .. 1 along the slider: logarithmic in both directions, linear where alpha is small. What comes after the last
+// change of a Betti number, a few huge simplices at the hull, gets no more than the last eighth.
+class Scale {
+  constructor({ critical, betti }) {
+    const sizes = [], last = Math.max(0, countUpTo(critical, Number.MAX_VALUE) - 1), step = Math.max(1, Math.floor(critical.length / 20000));
+    for (let i = 0; i <= last; i += step) if (critical[i] !== 0) sizes.push(Math.abs(critical[i]));
+    sizes.sort((a, b) => a - b);
+    this.unit = sizes.length ? sizes[Math.floor(0.1 * (sizes.length - 1))] : 1;
+    let change = last;
+    while (change > 0 && betti.every((curve) => curve[change] === curve[change - 1])) change--;
+    const [low, knee, high] = [critical[0], critical[change], critical[last]].map((alpha) => Math.asinh(alpha / this.unit));
+    const margin = 0.015 * (high - low) || 1;
+    const natural = (knee - low + margin) / (high - low + 2 * margin);
+    const early = change === last || change === 0 || natural > 0.875 ? natural : 0.875;
+    this.knots = [[0, low - margin], [early, knee], [1, high + margin]];
+  }
+  alpha(x) {
+    const [from, to] = x < this.knots[1][0] ? this.knots.slice(0, 2) : this.knots.slice(1);
+    return this.unit * Math.sinh(from[1] + ((x - from[0]) / (to[0] - from[0])) * (to[1] - from[1]));
+  }
+  place(alpha) {
+    const y = Math.asinh(alpha / this.unit), [from, to] = y < this.knots[1][1] ? this.knots.slice(0, 2) : this.knots.slice(1);
+    return Math.min(1, Math.max(0, from[0] + ((y - from[1]) / (to[1] - from[1])) * (to[0] - from[0])));
+  }
+}
