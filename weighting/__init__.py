@@ -22,6 +22,7 @@ from .stray import certain_outliers, outliers
 from .thickness import sufficient_weight, thickness
 
 __all__ = [
+    "AdaptiveWeights",
     "Closure",
     "Contradiction",
     "Curvature",
@@ -44,3 +45,11 @@ __all__ = [
     "sufficient_weight",
     "thickness",
 ]
+
+
+def __getattr__(name: str) -> object:
+    if name == "AdaptiveWeights":  # on first use: scikit-learn takes its time
+        from .transformer import AdaptiveWeights
+
+        return AdaptiveWeights
+    raise AttributeError(f"module 'weighting' has no attribute {name!r}")
