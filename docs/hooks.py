@@ -1,10 +1,11 @@
-"""Hooks of the documentation build: TeX to MathML, a mathematical font to show it in, and nothing fetched at read time."""
+"""Hooks of the documentation build: TeX to MathML and a font for it, the help of the command line, nothing fetched at read time."""
 
 import html
 import re
 from importlib.util import find_spec
 from pathlib import Path
 
+from click.testing import CliRunner
 from latex2mathml.converter import convert
 from mkdocs.exceptions import PluginError
 from mkdocs.structure.files import File
@@ -26,8 +27,27 @@ def on_files(files, config):
     return files
 
 
+def on_page_markdown(markdown, **_):
+    """Put the help of every command where a page asks for it."""
+    return markdown.replace("<!-- help of all commands -->", command_help()) if "<!-- help" in markdown else markdown
+
+
+def command_help():
+    """Give what `recon COMMAND --help` prints, one section a command."""
+    from recon.cli import main
+
+    sections = []
+    for name in main.commands:
+        shown = CliRunner().invoke(main, [name, "--help"], prog_name="recon", terminal_width=92)
+        sections.append(f"### recon {name}\n\n``` {{ .text }}\n{shown.output}```\n")
+    return "\n".join(sections)
+
+
 def on_page_content(content, page, **_):
-    """Put MathML where Arithmatex left TeX."""
+    """Put MathML where Arithmatex left TeX; set units and empty descriptions of the reference as they are meant."""
+    content = re.sub(r"\[L ?\^ ?(\d|d|l)\]", r"[L<sup>\1</sup>]", content)
+    content = re.sub(r"float</(\w+)>\[L", r"float</\1> [L", content)
+    content = re.sub(r"\s–\s*(?:<div class=\"doc-md-description\">\s*</div>\s*)?</li>", "</li>", content)
     return _FORMULA.sub(lambda found: mathml(html.unescape(found[2]), found[1] == "div"), content)
 
 
@@ -38,7 +58,8 @@ def mathml(tex, display):
     prime = r"<msup>(<m[io][^<]*</m[io]>|<mrow/>)<mi>(&#x0203[23];)</mi></msup>"
     text = re.sub(prime, r'<mrow>\1<mo lspace="0" rspace="0">\2</mo></mrow>', text)
     text = re.sub(r"<mo[^>]*>(&#x0007C;|\|)</mo>", r'<mo stretchy="false" lspace="0" rspace="0">|</mo>', text)
-    text = re.sub(r"<m[io]>(det|min|max|conv|aff|dom|up|sign)</m[io]>", r'<mi>\1</mi><mspace width="0.1em"/>', text)
+    text = re.sub(r"<m[io]>&#x027FA;</m[io]>", '<mo lspace="0.5em" rspace="0.5em">&#x027FA;</mo>', text)
+    text = re.sub(r"<m[io]>(det|min|max|log|vol)</m[io]>", r'<mi>\1</mi><mspace width="0.1em"/>', text)
     return text
 
 
