@@ -295,6 +295,19 @@ def test_an_empty_or_absurd_result_names_the_useful_range(cloud, tmp_path):
     assert run("reconstruct", cloud, out, "--alpha", "-1", "--quiet").stderr == ""
 
 
+def test_points_are_moved_where_there_is_noise_or_as_asked(torus, tmp_path):
+    noisy = torus + np.random.default_rng(2).normal(scale=0.01, size=torus.shape)
+    recon.write_points(noisy, tmp_path / "p.npy")
+    moved = {}
+    for options in ((), ("--denoise",), ("--no-denoise",)):
+        result = run("reconstruct", tmp_path / "p.npy", tmp_path / "m.ply", "--json", *options)
+        assert result.exit_code == 0, result.output
+        mesh = recon.read_mesh(tmp_path / "m.ply")
+        moved[options] = not np.array_equal(mesh.vertices, noisy[mesh.vertex_source])
+        assert json.loads(result.stdout)["samples"]["denoised"] is moved[options]
+    assert moved == {(): True, ("--denoise",): True, ("--no-denoise",): False}
+
+
 def test_quoted_patterns_make_many_meshes(cloud, torus, tmp_path):
     recon.write_points(torus * 2, tmp_path / "big.ply")
     result = run("reconstruct", f"{tmp_path}/*.ply", f"{tmp_path}/out/", "--to", "glb", "--quiet")

@@ -31,6 +31,10 @@ Examples:
 )  # fmt: skip
 @shared("weights")
 @click.option("--alpha", type=float, default=0.0, show_default=True, help="Added to every weight: a squared length.")
+@click.option(
+    "--denoise/--no-denoise", default=None,
+    help="Move the points to the local surface first, or never; by default where most of the cloud is noisy.",
+)  # fmt: skip
 @click.option("--no-clean", is_flag=True, help="Leave the mesh as the complex gives it.")
 @shared("drop")
 @click.option(
@@ -118,6 +122,7 @@ def _run(
                 surface=options["surface"],
                 attributes=cloud.attributes,
                 clean=not options["no_clean"],
+                denoise=options["denoise"],
                 threads=options["threads"],
                 progress=progress,
             ),
@@ -195,7 +200,7 @@ def _write_report(path: str, result: Any, cloud: PointCloud, source: str, option
         from ..page import report_page
 
         kept = {key: value for key, value in options.items() if key not in ("weights", "no_clean")}
-        kept["clean"] = not options["no_clean"]
+        kept |= {"clean": not options["no_clean"], "denoise": options["denoise"]}
         title = "standard input" if source == "-" else os.path.basename(source)
         progress = Progress(quiet)
         try:

@@ -39,6 +39,8 @@ def generate_weighted_alpha_shape(mesh_set: Any, **parameters: Any) -> dict[str,
     alpha : float [L^2]
         Added to all weights.
     surface : {"Auto", "Closed", "Open", "Complex"}
+    denoise : {"Auto", "Yes", "No"}
+        Move the points to the local surface first; Auto: where most of them are noisy.
     clean : bool
         Split vertices where the surface touches itself.
     radiusattribute : str
@@ -86,6 +88,7 @@ def generate_weighted_alpha_shape(mesh_set: Any, **parameters: Any) -> dict[str,
         surface=values["surface"].lower(),
         attributes=attributes | custom,
         clean=values["clean"],
+        denoise={"Auto": None, "Yes": True, "No": False}[values["denoise"]],
         threads=values["threads"] or None,
     )
     try:

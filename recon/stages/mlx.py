@@ -29,6 +29,7 @@ PARAMETERS: dict[str, tuple[str | list[str], Any]] = {
     "radius": ("RichAbsPerc", 0.0),
     "alpha": ("RichFloat", 0.0),
     "surface": (["Auto", "Closed", "Open", "Complex"], "Auto"),
+    "denoise": (["Auto", "Yes", "No"], "Auto"),
     "clean": ("RichBool", True),
     "radiusattribute": ("RichString", "radius"),
     "attributes": ("RichString", ""),

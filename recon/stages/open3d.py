@@ -25,6 +25,7 @@ def create_from_point_cloud_weighted_alpha_shape(
     alpha: float = 0.0,
     surface: Literal["auto", "closed", "open", "complex"] = "auto",
     clean: bool = True,
+    denoise: bool | None = None,
     threads: int | None = None,
     progress: Callable[[str, float], None] | None = None,
 ) -> Any:
@@ -33,7 +34,7 @@ def create_from_point_cloud_weighted_alpha_shape(
     Parameters
     ----------
     pcd : open3d.geometry.PointCloud or open3d.t.geometry.PointCloud
-    weights, alpha, surface, clean, threads, progress
+    weights, alpha, surface, clean, denoise, threads, progress
         As `recon.reconstruct` has them; alpha is a squared length.
 
     Returns
@@ -60,6 +61,7 @@ def create_from_point_cloud_weighted_alpha_shape(
         surface=surface,
         attributes=attributes,
         clean=clean,
+        denoise=denoise,
         threads=threads,
         progress=progress,
     )
@@ -127,7 +129,7 @@ class WeightedAlphaShape:
 
     Attributes
     ----------
-    weights, alpha, surface, clean, threads
+    weights, alpha, surface, clean, denoise, threads
         See `create_from_point_cloud_weighted_alpha_shape`.
     """
 
@@ -135,6 +137,7 @@ class WeightedAlphaShape:
     alpha: float = 0.0
     surface: str = "auto"
     clean: bool = True
+    denoise: bool | None = None
     threads: int | None = None
 
     def __call__(self, pcd: Any) -> Any:
@@ -176,7 +179,7 @@ class Pipeline:
     Examples
     --------
     >>> Pipeline(Step("voxel_down_sample", 0.01), WeightedAlphaShape(), Step("simplify_quadric_decimation", 5000))
-    Pipeline(Step('voxel_down_sample', 0.01), WeightedAlphaShape(weights='adaptive', alpha=0.0, surface='auto', clean=True, threads=None), Step('simplify_quadric_decimation', 5000))
+    Pipeline(Step('voxel_down_sample', 0.01), WeightedAlphaShape(weights='adaptive', alpha=0.0, surface='auto', clean=True, denoise=None, threads=None), Step('simplify_quadric_decimation', 5000))
     """
 
     def __init__(self, *steps: Callable[[Any], Any]):
