@@ -384,8 +384,11 @@ def move(
     touched = [np.int32(-1)]
     energy, chi, length = 0.0, 0, 0
     best, best_length, best_energy, best_chi, best_touched = -1e-9, 0, 0.0, 0, 0
+    low, low_length = 0.0, 0
     while len(heap) > 0 and length < reach:
         x = heapq.heappop(heap)[1]
+        if mark[x] == -first:
+            continue
         for k in range(4):
             y = links[x, k]
             if mark[y] != -first and sides[y] != side and component[y] not in touched:
@@ -401,13 +404,22 @@ def move(
         total = energy + TOPOLOGY * (2 * pieces - chi / 2)
         if total < best:
             best, best_length, best_energy, best_chi, best_touched = total, length, energy, chi, len(touched)
-        if total > best + hopeless:
+        if total < low or length == 1:
+            low, low_length = total, length
+        if total > best + hopeless or (order == 0 and length > low_length + 1):
             break
         for k in range(4):
             y = links[x, k]
-            if y < m and mark[y] != first and mark[y] != -first and sides[y] == side:
-                mark[y] = first
-                heapq.heappush(heap, (order * np.float64(gate[x, k]), np.int64(y)))
+            if y < m and mark[y] != -first and sides[y] == side:
+                if order == 0:
+                    change, turned, stamp = flip(
+                        points, spacing, nodes, links, sides, y, starts, star, queue, seen, stamp, excess
+                    )
+                    _, _, stamp = flip(points, spacing, nodes, links, sides, y, starts, star, queue, seen, stamp, excess)
+                    heapq.heappush(heap, (change - TOPOLOGY * turned / 2, np.int64(y)))
+                elif mark[y] != first:
+                    mark[y] = first
+                    heapq.heappush(heap, (order * np.float64(gate[x, k]), np.int64(y)))
     for i in range(length - 1, best_length - 1, -1):
         _, _, stamp = flip(points, spacing, nodes, links, sides, chain[i], starts, star, queue, seen, stamp, excess)
     best = 0.0
@@ -573,7 +585,7 @@ def repair(points, spacing, nodes, links, gate, m, sides, pole, anti, rounds):
                     star,
                     np.int64(REACH_HANDLE),
                     HOPELESS,
-                    -1.0,
+                    0.0,
                     state,
                     queue,
                     after,
