@@ -30,11 +30,27 @@ GRAM = np.array(  # which moment each entry of the normal matrix is; order 1 u v
 
 
 @kernel
-def fit_scales(points, first, links, spacing, skip, sigma, rows, near_sq, levels, wide, slack, variance, chosen, frame):
+def fit_scales(
+    points,
+    first,
+    links,
+    spacing,
+    skip,
+    sigma,
+    bound,
+    rows,
+    near_sq,
+    levels,
+    wide,
+    slack,
+    variance,
+    chosen,
+    frame,
+):
     """Fit the samples within sqrt(near_sq 2^l) spacings of each row, reached along links, for every level l below `levels`.
 
     variance: of the distance to the quadric at each level [L^2], NaN where it is not determined. chosen: the widest level
-    whose variance is below sigma^2 (1 + slack sqrt(2 / freedom)), -1 where there is none. frame: of that fit the
+    whose variance is below bound^2 (1 + slack sqrt(2 / freedom)), -1 where there is none. frame: of that fit the
     normal of its plane, the six coefficients, in units of the spacing. The plane is that of level `wide`.
     """
     n = len(points)
@@ -159,7 +175,7 @@ def fit_scales(points, first, links, spacing, skip, sigma, rows, near_sq, levels
                 continue
             left = max(moment[level, 21] - explained, 0.0) / freedom
             variance[row, level] = left * unit * unit
-            if not left <= noise_sq * (1.0 + slack * math.sqrt(2.0 / freedom)):
+            if not left <= (bound[i] / unit) ** 2 * (1.0 + slack * math.sqrt(2.0 / freedom)):
                 continue
             for a in range(TERMS - 1, -1, -1):
                 value = half[a]
@@ -230,3 +246,19 @@ def blend(points, first, links, spacing, skip, sigma, rows, near_sq, most, chose
                 move[row, 0], move[row, 1], move[row, 2] = mx / total, my / total, mz / total
                 break
             start, stop = stop, size
+
+
+@kernel
+def normals_of(chosen, frame, normal):
+    """Unit normals of fits at their samples; 0 where there is none."""
+    for i in range(len(chosen)):
+        normal[i, 0] = normal[i, 1] = normal[i, 2] = 0.0
+        if chosen[i] < 0:
+            continue
+        nx, ny, nz = frame[i, 0], frame[i, 1], frame[i, 2]
+        ux, uy, uz, vx, vy, vz = tangents_of(nx, ny, nz)
+        g1, g2 = frame[i, 4], frame[i, 5]
+        root = math.sqrt(1.0 + g1 * g1 + g2 * g2)
+        normal[i, 0] = (nx - g1 * ux - g2 * vx) / root
+        normal[i, 1] = (ny - g1 * uy - g2 * vy) / root
+        normal[i, 2] = (nz - g1 * uz - g2 * vz) / root

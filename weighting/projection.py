@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from recon.contracts import InvalidInput
 
-from ._scales import blend, fit_scales
+from ._scales import blend, fit_scales, normals_of
 from ._threads import over_ranges
 from .density import smooth_spacing
 from .neighborhood import RING, Neighborhood, neighbors
@@ -17,6 +17,7 @@ from .stray import strays
 
 NEAR_SQ = 4.0  # squared radius of the smallest fit [spacings^2]: some 12 samples; each level has twice as many
 LEVELS = 4
+WITHOUT_NOISE_SQ = 6.0  # squared radius of the fits that give normals [spacings^2]: some 19 samples
 EVERY = 4  # one sample in so many has a fit of its own where the fits are wide, elsewhere every one
 SLACK = 3.0  # standard deviations by which the misfit of a fit may exceed the noise
 MOST = 5.0  # standard deviations of noise from a fit that a sample may be moved
@@ -177,6 +178,16 @@ def onto_surface(cloud: Linked, sigma: NDArray[np.float64], threads: int | None)
     return move
 
 
+def normals(cloud: Linked, threads: int | None) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Unit normals of fits to some 19 samples, of either sense, and how far the samples around lie off them (rms) [L]; 0 and NaN without fit."""
+    n = len(cloud.points)
+    nothing, chosen, frame = np.zeros(n), np.full(n, -1, np.int8), np.empty((n, 9))
+    variance = _fit(cloud, nothing, np.arange(n), 1, (chosen, frame), threads, nothing + np.inf, WITHOUT_NOISE_SQ)[:, 0]
+    normal = np.empty((n, 3))
+    normals_of(chosen, frame, normal)
+    return normal, np.sqrt(variance)
+
+
 def _fit(
     cloud: Linked,
     sigma: NDArray[np.float64],
@@ -184,15 +195,18 @@ def _fit(
     levels: int,
     fits: tuple[NDArray[np.int8], NDArray[np.float64]],
     threads: int | None,
+    bound: NDArray[np.float64] | None = None,
+    near_sq: float = NEAR_SQ,
 ) -> NDArray[np.float64]:
-    """Misfit of each row at each level; the level chosen and the quadric there go to `fits`."""
+    """Misfit of each row at each level; the widest level of a misfit within `bound` (sigma by default) and the quadric there go to `fits`."""
+    allowed = sigma if bound is None else bound
     variance = np.empty((len(rows), levels))
     wide = (sigma > STRONG * cloud.spacing).astype(np.int8)
 
     def work(start: int, stop: int) -> None:
         fit_scales(
-            cloud.points, cloud.first, cloud.links, cloud.spacing, cloud.skip, sigma,
-            rows[start:stop], NEAR_SQ, levels, wide, SLACK, variance[start:stop], *fits,
+            cloud.points, cloud.first, cloud.links, cloud.spacing, cloud.skip, sigma, allowed,
+            rows[start:stop], near_sq, levels, wide, SLACK, variance[start:stop], *fits,
         )  # fmt: skip
 
     over_ranges(work, len(rows), threads)

@@ -2,5 +2,6 @@
 
 from .clean import split_pinches
 from .denoise import denoise
+from .refine import refine
 
-__all__ = ["denoise", "split_pinches"]
+__all__ = ["denoise", "refine", "split_pinches"]

@@ -13,6 +13,7 @@ from weighting import projection
 
 from ..contracts import InvalidInput
 from ..mesh import Mesh
+from .adjacency import linked
 from .embedding import give_way
 
 
@@ -79,16 +80,6 @@ def _mesh(mesh: Mesh, threads: int | None) -> Mesh:
     """Vertices along the edges of the mesh."""
     if len(mesh.faces) == 0:
         return mesh
-    hood = weighting.neighbors(mesh.vertices, threads=threads)
-    order = np.argsort(hood.inverse, kind="stable")  # along the curve
-    place = np.empty(len(order), np.int64)
-    place[order] = np.arange(len(order))
-    one, two = place[mesh.faces].ravel(), place[np.roll(mesh.faces, -1, axis=1)].ravel()
-    ends = np.unique(np.concatenate([one * len(order) + two, two * len(order) + one]))
-    start, links = np.divmod(ends, len(order))
-    first = np.searchsorted(start, np.arange(len(order) + 1))
-    cloud = projection.Linked(
-        mesh.vertices[order], first, links, weighting.spacing(hood)[order], np.zeros(len(order), bool)
-    )
+    cloud, place = linked(mesh, threads)
     move = np.nan_to_num(projection.onto_surface(cloud, projection.level(cloud, threads).sigma, threads))[place]
     return replace(mesh, vertices=give_way(mesh, mesh.vertices, mesh.vertices + move))
