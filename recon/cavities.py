@@ -1,14 +1,14 @@
-"""Voids and pockets of the space filling diagram, and how cells share out the balls at their corners (paper, section 4)."""
+"""Voids and pockets of the space filling diagram, and what the union of balls has of the cells there (paper, section 4)."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
+
+from ._kernels import cavities as kernels
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,28 +45,38 @@ def contents(corners: NDArray[np.float64], d: int) -> NDArray[np.float64]:
     return np.abs(np.linalg.det(edges)) / math.factorial(d)
 
 
-def shares(corners: NDArray[np.float64], d: int, k: int) -> Iterator[tuple[tuple[int, ...], NDArray[np.float64]]]:
-    """Yield for each k-face of a cell its slots and which part (c,) of its surroundings the cell takes: its angle."""
-    if k == d - 1:
-        for slot in range(d + 1):
-            yield tuple(i for i in range(d + 1) if i != slot), np.full(len(corners), 0.5)
-    elif k == d - 2:
-        for kept in combinations(range(d + 1), k + 1):
-            i, j = (s for s in range(d + 1) if s not in kept)
-            u, v = corners[:, i] - corners[:, kept[0]], corners[:, j] - corners[:, kept[0]]
-            if d == 3:
-                axis = corners[:, kept[1]] - corners[:, kept[0]]
-                u, v = np.cross(axis, u), np.cross(axis, v)
-            yield kept, _angle(u, v) / (2 * math.pi)
-    else:
-        for slot in range(4):
-            a, b, c = (corners[:, s] - corners[:, slot] for s in range(4) if s != slot)
-            a, b, c = (v / np.linalg.norm(v, axis=1)[:, None] for v in (a, b, c))
-            span = np.abs((np.cross(a, b) * c).sum(axis=1))
-            rest = 1 + (a * b).sum(axis=1) + (b * c).sum(axis=1) + (c * a).sum(axis=1)
-            yield (slot,), 2 * np.arctan2(span, rest) / (4 * math.pi)
+def balls_within(
+    balls: NDArray[np.float64], cells: NDArray[np.int32], starts: NDArray[np.int64], beside: NDArray[np.int64]
+) -> NDArray[np.float64]:
+    """Volume and area (c, 2) that a union of balls has within cells: power cell by power cell, in closed form.
+
+    Parameters
+    ----------
+    balls : (n, 4) ndarray of float64
+        x, y, z and the squared radius, empty where negative.
+    cells : (c, d+1) ndarray of int32
+    starts : (n+1,) ndarray of int64
+    beside : (e,) ndarray of int64
+        Whose power cells share a facet with that of p: beside[starts[p]:starts[p+1]].
+    """
+    if cells.shape[1] == 2:
+        return _intervals_within(balls, cells)
+    result, done, room = np.empty((len(cells), 2)), 0, 256
+    while done < len(cells):
+        more = kernels.balls_within(balls, cells[done:], starts, beside, room, result[done:])
+        done, room = done + more, 4 * room
+    return result
 
 
-def _angle(u: NDArray[np.float64], v: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Angles (c,) between vectors (c, 3)."""
-    return np.arctan2(np.linalg.norm(np.cross(u, v), axis=1), (u * v).sum(axis=1))
+def _intervals_within(balls: NDArray[np.float64], cells: NDArray[np.int32]) -> NDArray[np.float64]:
+    """Length and number of ends that a union of intervals has within others."""
+    there = balls[balls[:, 3] >= 0]
+    reach = np.sqrt(there[:, 3])
+    order = np.argsort(there[:, 0] - reach)
+    low, high = (there[:, 0] - reach)[order], np.maximum.accumulate((there[:, 0] + reach)[order])
+    first = np.append(True, low[1:] > high[:-1])[: len(low)]  # of each interval of the union
+    low, high = low[first], np.append(high[:-1][first[1:]], high[-1:])
+    start, stop = np.sort(balls[cells, 0], axis=1).T[:, :, None]
+    length = np.maximum(np.minimum(stop, high) - np.maximum(start, low), 0.0).sum(axis=1)
+    ends = [((start <= end) & (end < stop)).sum(axis=1) for end in (low, high)]
+    return np.column_stack([length, ends[0] + ends[1]])

@@ -194,11 +194,7 @@ class PowerDiagram:
 
     @cached_property
     def _adjacency(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        n = len(self.triangulation.points)
-        edges = self._complex.simplices(1).astype(np.int64) if self.dimension else np.empty((0, 2), np.int64)
-        both = np.concatenate([edges, edges[:, ::-1]])
-        both = both[np.lexsort(both.T[::-1])]
-        return np.concatenate([[0], np.cumsum(np.bincount(both[:, 0], minlength=n))]), both[:, 1]
+        return adjacency(self._complex)
 
     @cached_property
     def _lifted(self) -> tuple[NDArray[np.int64], cKDTree, float]:
@@ -273,3 +269,12 @@ def power_diagram(triangulation: RegularTriangulation) -> PowerDiagram:
     if not isinstance(triangulation, RegularTriangulation):
         raise InvalidInput(f"triangulation: expected a RegularTriangulation, got {type(triangulation).__name__}")
     return PowerDiagram(triangulation)
+
+
+def adjacency(complex_: AlphaComplex) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Whose power cells share a facet: of input row p rows[starts[p]:starts[p+1]], ascending; starts (n+1,)."""
+    n = len(complex_.triangulation.points)
+    edges = complex_.simplices(1).astype(np.int64) if complex_.dimension else np.empty((0, 2), np.int64)
+    both = np.concatenate([edges, edges[:, ::-1]])
+    both = both[np.lexsort(both.T[::-1])]
+    return np.concatenate([[0], np.cumsum(np.bincount(both[:, 0], minlength=n))]), both[:, 1].copy()
