@@ -43,6 +43,8 @@ MEANING = {
     "mesh.nonmanifold_vertices": ("count", "vertices whose faces form several umbrellas"),
     "mesh.split_vertices": ("count", "copies made where the surface touched itself"),
     "mesh.share_of_points_used": ("1", "share of the distinct points that are vertices of the mesh"),
+    "refined.inserted_vertices": ("count", "vertices on the local fit, inserted where the surface is curved"),
+    "refined.faces": ("count", "triangles after that"),
     "seconds.samples": ("s", "time for neighbours, outliers and noise"),
     "seconds.weights": ("s", "time for spacing and weights"),
     "seconds.triangulation": ("s", "time for the regular triangulation"),

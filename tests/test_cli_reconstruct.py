@@ -313,3 +313,12 @@ def test_quoted_patterns_make_many_meshes(cloud, torus, tmp_path):
     result = run("reconstruct", f"{tmp_path}/*.ply", f"{tmp_path}/out/", "--to", "glb", "--quiet")
     assert result.exit_code == 0, result.output
     assert sorted(os.listdir(tmp_path / "out")) == ["big.glb", "torus.glb"]
+
+
+def test_refining_inserts_vertices_of_no_row(cloud, tmp_path):
+    result = run("reconstruct", cloud, tmp_path / "mesh.ply", "--refine", "--json")
+    assert result.exit_code == 0, result.output
+    told = json.loads(result.stdout)["refined"]
+    mesh = recon.read_mesh(tmp_path / "mesh.ply")
+    assert told["inserted_vertices"] == (mesh.vertex_source == -1).sum() > 0
+    assert told["faces"] == len(mesh.faces)

@@ -127,7 +127,7 @@ def level(cloud: Linked, threads: int | None) -> Scatter:
     n = len(cloud.points)
     rows = np.arange(0, n, max(1, n // LOOKED_AT))
     variance = _fit(cloud, np.zeros(n), rows, 2, (np.empty(n, np.int8), np.empty((n, 9))), threads)
-    known = np.isfinite(variance).all(axis=1)
+    known = np.asarray(np.isfinite(variance).all(axis=1))
     parts = max(1, len(rows) // STRETCH)
     sigma, noisy, total = np.zeros(n), 0, 0
     bounds = np.linspace(0, len(rows), parts + 1).astype(np.int64)

@@ -35,6 +35,7 @@ Examples:
     "--denoise/--no-denoise", default=None,
     help="Move the points to the local surface first, or never; by default where most of the cloud is noisy.",
 )  # fmt: skip
+@click.option("--refine", is_flag=True, help="Insert vertices on the local fit where the surface is curved.")
 @click.option("--no-clean", is_flag=True, help="Leave the mesh as the complex gives it.")
 @shared("drop")
 @click.option(
@@ -133,6 +134,8 @@ def _run(
         raise
     finally:
         progress.close()
+    if options["refine"]:
+        result = interruptible(lambda: _refined(result, options["threads"]))
     mesh = result.mesh
     if not quiet:
         for remark in remarks(result, options["surface"], options["alpha"]):
@@ -144,6 +147,18 @@ def _run(
     if lost and not quiet:
         complain(f"{target}: this format cannot hold {', '.join(lost)}; PLY can")
     return result, cloud
+
+
+def _refined(result: Any, threads: int | None) -> Any:
+    """The same with a finer mesh, and that said in its report."""
+    from dataclasses import replace
+
+    from ..postprocess import refine
+    from ..report import Report
+
+    mesh, inserted = refine(result.mesh, threads=threads)
+    told = {"inserted_vertices": inserted, "faces": len(mesh.faces)}
+    return replace(result, mesh=mesh, report=Report({**result.report.sections, "refined": told}))
 
 
 def _file_rows(rows: Any, cloud: PointCloud) -> Any:
@@ -199,7 +214,7 @@ def _write_report(path: str, result: Any, cloud: PointCloud, source: str, option
     if path.lower().endswith(".html"):
         from ..page import report_page
 
-        kept = {key: value for key, value in options.items() if key not in ("weights", "no_clean")}
+        kept = {key: value for key, value in options.items() if key not in ("weights", "no_clean", "refine")}
         kept |= {"clean": not options["no_clean"], "denoise": options["denoise"]}
         title = "standard input" if source == "-" else os.path.basename(source)
         progress = Progress(quiet)
