@@ -11,8 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from .boundary import Boundary, boundary_at
 from .choice import Choice, choices
-from .contracts import InvalidInput, require
+from .contracts import InvalidInput, as_points, require
 from .intervals import Family
+from .location import find_simplices
 from .orthocenters import orthocenters
 from .persistence import Pairs, Voids
 from .regular import RegularTriangulation, regular_triangulation
@@ -106,6 +107,36 @@ class AlphaComplex:
         """Tell of every k-simplex whether it is alpha-exposed, a face of W_alpha: singular or regular (s,)."""
         classes = self.classify(k, alpha)
         return (classes == SINGULAR) | (classes == REGULAR)
+
+    def classify_locations(self, x: ArrayLike, alpha: float = 0.0) -> NDArray[np.int8]:
+        """Tell where locations are: the class at alpha of the simplex of R that has each in its relative interior.
+
+        EXTERIOR is outside W_alpha, INTERIOR in its interior, SINGULAR and REGULAR on its boundary. Exact for x as given.
+
+        Parameters
+        ----------
+        x : (q, d) array_like of float [L]
+        alpha : float [L^2]
+
+        Returns
+        -------
+        (q,) ndarray of int8
+
+        Examples
+        --------
+        >>> alpha_complex([[0, 0], [2, 0], [0, 2], [9, 0]]).classify_locations([[0.5, 0.5], [1, 0], [3, 0]], 3).tolist()
+        [3, 2, 0]
+        """
+        located = as_points(x, self.triangulation.points.shape[1], "x")
+        corners = find_simplices(self.triangulation, located)
+        classes, width = np.full(len(corners), EXTERIOR), (corners >= 0).sum(axis=1)
+        for k in range(self.dimension + 1):
+            asked = np.flatnonzero(width == k + 1)
+            if len(asked):
+                both = np.concatenate([self.simplices(k), corners[asked, -k - 1 :]])
+                _, first, number = np.unique(both, axis=0, return_index=True, return_inverse=True)
+                classes[asked] = self.classify(k, alpha)[first[number.ravel()[-len(asked) :]]]
+        return classes
 
     def link(self, simplex: Iterable[int], alpha: float = 0.0) -> tuple[NDArray[np.int32], ...]:
         """Give the link of a simplex in K_alpha: the simplices apart from it that together with it make one of K_alpha.

@@ -42,7 +42,7 @@ def lower_hull(points: NDArray[np.float64], weights: NDArray[np.float64]) -> Arr
     k = len(axes)
     if k == 0:
         return rows[:1, None].astype(np.int32), np.full((1, 1), -1, np.int32)
-    table, trust = _scaled(points, weights, axes)
+    table, trust = float_table(points, weights, axes)
     order = _order(np.setdiff1d(rows, simplex), table[:, :k])
     n, width = len(points), k + 1
     cells, neighbors = _first_cells(simplex, n)
@@ -50,8 +50,7 @@ def lower_hull(points: NDArray[np.float64], weights: NDArray[np.float64]) -> Arr
     state = np.zeros(kernels.STATE, np.int64)
     state[kernels.USED] = len(cells)
     answers = np.zeros(width, np.int64)
-    small = k + 1 <= _MINORS_UP_TO
-    matrix, minors = np.empty((2, width, width)), np.empty((2, 1 << width if small else 1))
+    matrix, minors = scratch(k)
     while True:
         status = kernels.insert(
             points=table,
@@ -115,6 +114,11 @@ class Exact:
             simplex[:2] = simplex[1::-1]
         return simplex, self._axes
 
+    def in_flat(self, q: int) -> bool:
+        """Is q in the flat of the points before it, which are independent?"""
+        edges = [[a - b for a, b in zip(point, self._points[0])] for point in self._points[1 : q + 1]]
+        return len(_leading(edges)) < q
+
     def side(self, cell: list[int], slot: int, q: int) -> int:
         """Orientation of a cell with its vertex at a slot replaced by q."""
         sign = _sign_of_determinant([self._edge(q, i) for s, i in enumerate(cell) if s != slot])
@@ -144,6 +148,11 @@ class Exact:
         return [there[axis] - here[axis] for axis in self._axes]
 
 
+def scratch(k: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Room for the kernel's determinants of order up to k + 1."""
+    return np.empty((2, k + 1, k + 1)), np.empty((2, 1 << k + 1 if k + 1 <= _MINORS_UP_TO else 1))
+
+
 def _heaviest_of_each_place(points: NDArray, weights: NDArray) -> NDArray[np.int64]:
     """Rows without duplicates (r,), ascending: of each place the heaviest, then the lowest."""
     located = points + 0.0  # minus zero becomes zero
@@ -152,7 +161,7 @@ def _heaviest_of_each_place(points: NDArray, weights: NDArray) -> NDArray[np.int
     return np.sort(order[first])
 
 
-def _scaled(points: NDArray, weights: NDArray, axes: list[int]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def float_table(points: NDArray, weights: NDArray, axes: list[int]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """The table of points and how far the kernel may trust its determinants: see there."""
     d, k = points.shape[1], len(axes)
     others = [axis for axis in range(d) if axis not in axes]

@@ -149,12 +149,12 @@ def test_floats_and_integers_decide_alike(monkeypatch):
         (grid(2, 4) / 3, np.zeros(16)),
     ]
     expected = [regular_triangulation(*cloud) for cloud in clouds]
-    scaled = hull._scaled
+    scaled = hull.float_table
 
     def doubtful(points, weights, axes):
         return scaled(points, weights, axes)[0], np.array([np.inf, np.inf, np.inf, 0.0])
 
-    monkeypatch.setattr(hull, "_scaled", doubtful)
+    monkeypatch.setattr(hull, "float_table", doubtful)
     for cloud, before in zip(clouds, expected):
         after = regular_triangulation(*cloud)
         assert (

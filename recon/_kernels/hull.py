@@ -275,3 +275,25 @@ def insert(points, order, cells, neighbors, lists, answers, state, trust, matrix
         if done == _PAUSE:
             return PAUSE
     return DONE
+
+
+@kernel
+def find_cells(points, cells, neighbors, first, start, here, signs, trust, matrix, minors):
+    """Walk from the cell here[i] to the one that holds point first + i, for all i from `start` on.
+
+    Fills in the cell, -1 where there is none, and the signs of the coordinates of the point in it. No ghost cells: beyond
+    the hull is -1. Returns the first i for which it takes a sign that is open, in the cell here[i].
+    """
+    for i in range(start, here.size):
+        slot = 0
+        while here[i] >= 0 and slot < cells.shape[1]:
+            signs[i, slot] = side(points, cells[here[i]], slot, first + i, trust, matrix, minors)
+            if signs[i, slot] == -1:
+                here[i] = neighbors[here[i], slot]
+                slot = -1
+            slot += 1
+        if here[i] >= 0:
+            for slot in range(cells.shape[1]):
+                if signs[i, slot] == UNKNOWN:
+                    return i
+    return here.size
