@@ -27,6 +27,9 @@ from recon.page.scene import Colour, Scene, own_colours
 from recon.report import MEANING
 
 
+NAME = "</script><script>alert(1)</script> a & b \"c\" 'd' <i> $title ${data} $$ \u2028✓"
+
+
 def unpack(table, text):
     """What `unpack` of family.js does, slowly."""
     data, arrays, at = gzip.decompress(base64.b64decode(text)), {}, 0
@@ -79,7 +82,7 @@ def result(torus):
 
 @pytest.fixture(scope="module")
 def report(result, torus):
-    return report_page(result, torus, title="a torus")
+    return report_page(result, torus, title=NAME)
 
 
 # --- arrays
@@ -109,7 +112,7 @@ def shape_at(arrays, alpha):
 coordinates = st.one_of(st.integers(-2, 2).map(float), st.floats(-1, 1, width=32))
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=40)
 @given(st.data(), st.integers(1, 3), st.integers(1, 14), st.booleans())
 def test_ranks_give_the_boundary_of_every_shape(data, d, n, flat):
     points = np.array(data.draw(st.lists(st.tuples(*[coordinates] * d), min_size=n, max_size=n)))
@@ -175,14 +178,13 @@ def test_no_script_ends_early():
     assert not any("</script" in resource(name).lower() for name in SCRIPTS)
 
 
-def test_names_are_text_wherever_they_stand(torus, result):
-    name = "</script><script>alert(1)</script> a & b \"c\" 'd' <i> $title ${data} $$ \u2028✓"
-    for page in (view_page(torus[:50], title=name, note=name), report_page(result, torus, title=name)):
+def test_names_are_text_wherever_they_stand(torus, report):
+    for page in (view_page(torus[:50], title=NAME, note=NAME), report):
         reader = Reader(page)
         assert len([tag for tag, _ in reader.tags if tag == "script"]) == 2 + len(SCRIPTS)
         assert not [tag for tag, _ in reader.tags if tag == "i"]
-    meta, _ = content(view_page(torus[:50], title=name, note=name))
-    assert meta["title"] == meta["note"] == name
+    meta, _ = content(view_page(torus[:50], title=NAME, note=NAME))
+    assert meta["title"] == meta["note"] == NAME
 
 
 def test_the_same_input_gives_the_same_page(torus):
@@ -192,6 +194,10 @@ def test_the_same_input_gives_the_same_page(torus):
 def test_a_page_too_large_for_browsers_is_refused(torus, monkeypatch):
     monkeypatch.setattr("recon.page.document.LARGEST", 1000)
     with pytest.raises(recon.InvalidInput, match="fewer points"):
+        view_page(torus)
+    monkeypatch.setattr("recon.page.view.MOST", 10)
+    monkeypatch.setattr("recon.page.view.alpha_complex", None)  # refused before the work
+    with pytest.raises(recon.InvalidInput, match="up to 10"):
         view_page(torus)
 
 
@@ -292,6 +298,13 @@ def test_a_square_fills_its_share_of_the_picture_without_a_seam():
     assert not image[0].any()
 
 
+@pytest.mark.parametrize("turn", range(3))
+def test_a_triangle_covers_half_of_its_box(turn):
+    for corners in ([0, 1, 2], [1, 2, 3], [2, 3, 0], [3, 0, 1]):
+        image = pixels(picture(SQUARE, np.roll([corners], turn), (0, 0, 1), (0, 1, 0), (100, 100)))
+        assert (image[:, :, 3] > 127).sum() == pytest.approx(94 * 94 / 2, rel=0.05)
+
+
 def test_fronts_and_backs_differ_and_the_nearer_face_is_seen():
     front = pixels(picture(SQUARE, TWO, (0, 0, 1), (0, 1, 0), (60, 60)))[30, 30, :3]
     back = pixels(picture(SQUARE, TWO, (0, 0, -1), (0, 1, 0), (60, 60)))[30, 30, :3]
@@ -360,19 +373,15 @@ def test_the_report_page_tells_all(report, result, torus):
     assert "critical" not in arrays and meta["points"] == len(torus)
 
 
-def test_the_report_against_a_truth_uses_it(result, torus):
-    page = report_page(result, torus, reference=datasets_synthetic.surface("torus"))
-    assert "Measured against the reference" in page and "iou" in page
-
-
-def test_where_other_weights_give_nothing_the_report_says_why(torus, monkeypatch, result):
+def test_the_report_against_a_truth_uses_it_and_says_where_other_weights_give_nothing(torus, monkeypatch, result):
     from recon import pipeline
 
     def fail(*args, **kwargs):
         raise recon.DegenerateInput("nothing <left>")
 
     monkeypatch.setattr(pipeline, "reconstruct", fail)
-    assert "nothing &lt;left&gt;" in report_page(result, torus)
+    page = report_page(result, torus, reference=datasets_synthetic.surface("torus"))
+    assert "Measured against the reference" in page and "iou" in page and "nothing &lt;left&gt;" in page
 
 
 # --- the command

@@ -17,7 +17,7 @@ FLAGS = (
     "--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--hide-scrollbars", "--force-device-scale-factor=1",
     "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
 )  # fmt: skip
-MISSING = "browser tests need chromium, chromedriver (apt-get install chromium chromium-driver) and selenium (pip); or -m 'not browser'"
+MISSING = "browser tests need chromium, chromedriver (apt-get install chromium chromium-driver) and selenium (pip); or -m 'not browser and not slow'"
 
 
 class Browser:
@@ -82,6 +82,17 @@ class Browser:
     def drawn(self, layer="facets", width=3):
         found = self.run("return recon.drawn()")[layer]
         return {name: np.array(rows, np.int64).reshape(-1, width) for name, rows in found.items()}
+
+    def seen(self):
+        """A number for the picture."""
+        return self.run("""
+            recon.time(1);
+            const gl = document.querySelector('.scene').getContext('webgl2');
+            const w = gl.drawingBufferWidth, h = gl.drawingBufferHeight, p = new Uint8Array(4 * w * h);
+            gl.readPixels(0, 0, w, h, gl.RGBA, gl.UNSIGNED_BYTE, p);
+            let hash = 0;
+            for (const byte of p) hash = (Math.imul(hash, 31) + byte) | 0;
+            return hash;""")
 
     def lit(self):
         """How many pixels differ from the corner."""
@@ -181,6 +192,17 @@ def test_the_slider_draws_exactly_the_facets_of_that_alpha(browser, tmp_path, cl
         counts.add(browser.lit())
     assert len(seen) > 2 and len(counts) > 1
     assert browser.complaints() == []
+
+
+@pytest.mark.parametrize("cloud", [weighted, planar], ids=lambda f: f.__name__)
+def test_the_picture_at_an_alpha_does_not_depend_on_the_way_there(browser, tmp_path, cloud):
+    points, weights = cloud()
+    browser.open(view_page(points, weights), tmp_path)
+    pictures = {browser.slide(place): browser.seen() for place in (0.2, 0.4, 0.6, 0.9, 0.5)}
+    assert len(set(pictures.values())) > 3
+    for alpha, expected in pictures.items():
+        browser.open(view_page(points, weights, alpha=alpha), tmp_path)
+        assert browser.seen() == expected
 
 
 def test_arrows_step_through_the_critical_values_in_double_precision(browser, tmp_path):

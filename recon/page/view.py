@@ -17,6 +17,8 @@ from .document import document, viewer
 from .family import family_arrays, marks
 from .scene import Colour, Scene, own_colours
 
+MOST = 700_000  # of them a page takes 240 MB, near the largest that browsers open
+
 
 def view_page(
     points: ArrayLike,
@@ -68,6 +70,8 @@ def view_page(
         raise InvalidInput(f"points: expected up to 3 columns, got {located.shape[1]}")
     if alpha is not None and not np.isfinite(alpha):
         raise InvalidInput(f"alpha: expected a finite number [L^2], got {alpha}")
+    if len(located) > MOST:
+        raise InvalidInput(f"points: a page holds up to {MOST:,} of them, got {len(located):,}; take fewer")
     w = as_weights(weights, len(located))
     family = alpha_complex(located, w)
     scene = Scene.of(located, mesh)
