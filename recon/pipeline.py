@@ -14,7 +14,7 @@ import weighting
 
 from .contracts import DegenerateInput, InvalidInput, as_points, as_weights
 from .mesh import Mesh
-from .postprocess import split_pinches
+from .postprocess import remove_islands, split_pinches
 from .regular import RegularTriangulation, regular_triangulation
 from .report import Report
 from .samples import Samples, clean_samples
@@ -112,7 +112,8 @@ def reconstruct(
     attributes : mapping of str to (n, ...) array_like, optional
         Carried over to the vertices of the mesh; those of a `PointCloud` by default.
     clean : bool
-        Split vertices and edges where the surface touches itself, so that it is a manifold.
+        Split vertices and edges where the surface touches itself, so that it is a manifold; remove pieces no deeper than
+        their faces are wide, `recon.postprocess.remove_islands`.
     denoise : bool, optional
         Move the samples to the local surface first: `recon.postprocess.denoise`. By default where most of the cloud is
         noisy, by a twentieth of the spacing or more: `weighting.scatter`. Samples that are certainly none of the surface are
@@ -174,9 +175,10 @@ def reconstruct(
     clock.start("clean")
     mesh = compact_mesh(located, found.faces, carried)
     mesh, copies = split_pinches(mesh) if clean else (mesh, 0)
+    mesh, islands = remove_islands(mesh) if clean and found.kind != "complex" else (mesh, 0)
 
     clock.start("report")
-    sections = _figures(samples, spacing, w, weights, triangulation, found, mesh, copies)
+    sections = _figures(samples, spacing, w, weights, triangulation, found, mesh, copies, islands)
     seconds = clock.stop()
     return Reconstruction(
         mesh, w, triangulation, found.kind, found.confidence, Report({**sections, "seconds": seconds})
@@ -239,6 +241,7 @@ def _figures(
     found: Surface,
     mesh: Mesh,
     copies: int,
+    islands: int,
 ) -> dict[str, dict[str, Any]]:
     """All counts of the report but the times."""
     duplicates = samples.duplicates
@@ -277,6 +280,7 @@ def _figures(
             "nonmanifold_edges": t.nonmanifold_edges,
             "nonmanifold_vertices": t.nonmanifold_vertices,
             "split_vertices": copies,
+            "removed_islands": islands,
             "share_of_points_used": used / kept,
         },
     }

@@ -42,6 +42,7 @@ MEANING = {
     "mesh.nonmanifold_edges": ("count", "edges of three faces or more"),
     "mesh.nonmanifold_vertices": ("count", "vertices whose faces form several umbrellas"),
     "mesh.split_vertices": ("count", "copies made where the surface touched itself"),
+    "mesh.removed_islands": ("count", "pieces no deeper than their faces are wide; left out"),
     "mesh.share_of_points_used": ("1", "share of the distinct points that are vertices of the mesh"),
     "refined.inserted_vertices": ("count", "vertices on the local fit, inserted where the surface is curved"),
     "refined.faces": ("count", "triangles after that"),
