@@ -1,6 +1,6 @@
 """Compare with other tools on surfaces whose truth is known: the tables of docs/comparison.md.
 
-Usage: python docs/compare.py [TABLE.md]. Needs the extras "open3d" and "meshlab"; takes some minutes. Every tool gets the points
+Usage: python docs/compare.py ["TOOL" ...]. Needs the extras "open3d" and "meshlab"; takes some minutes. Every tool gets the points
 alone. Where a tool must be told a radius, it gets ten, and the one that does best is counted, chosen with the truth in hand.
 """
 
@@ -19,7 +19,8 @@ POINTS = 3000
 CLOUDS = {
     "random": {},
     "density 10 : 1": {"density": 10.0},
-    "noise, 0.1 spacings": {"noise": 0.1},  # in median distances to the nearest neighbour, see `clouds`
+    "noise 0.1": {"noise": 0.1},  # in median distances to the nearest neighbour, see `clouds`
+    "noise 0.5": {"noise": 0.5},
 }
 FACTORS = np.geomspace(1.0, 8.0, 10)  # radii to try, in median distances to the nearest neighbour
 SAMPLES = 20_000
@@ -131,38 +132,31 @@ def judge(mesh, truth, near, interpolates):
     return {"solved": closed and chi and used and error < 0.25, "closed": closed, "chi": chi, "error": error}
 
 
-def main(target):
-    """Run all tools on all clouds, and write the table."""
-    lines = [
-        "| cloud | tool | solved | closed manifold | right χ | median error / spacing | CPU seconds |",
-        "|" + "---|" * 7,
-    ]
+def main(names):
+    """Run the tools named, or all, on all clouds, and print the table: solved, closed manifolds, error; CPU seconds."""
     next(ours(datasets_synthetic.surface("sphere").sample(500, rng=0).points, 0.0))  # compiles, if need be
-    for kind in CLOUDS:
-        cases = list(clouds(kind))
-        for tool, make in TOOLS.items():
-            best, spent = [], 0.0
-            for name, truth, points, near in cases:
+    cases = {kind: list(clouds(kind)) for kind in CLOUDS}
+    print("| tool |", " | ".join(CLOUDS), "| CPU s |")
+    print("|" + "---|" * (len(CLOUDS) + 2))
+    for tool in names or TOOLS:
+        cells, spent, meshes = [], 0.0, 0
+        for kind in CLOUDS:
+            best = []
+            for name, truth, points, near in cases[kind]:
                 begin, made = time.process_time(), []
                 try:
-                    made.extend(make(points, near))
+                    made.extend(TOOLS[tool](points, near))
                 except (RuntimeError, pymeshlab.PyMeshLabException, recon.ReconError) as error:
                     print(f"{kind}: {tool}: {name}: {error}", file=sys.stderr)
-                spent += (time.process_time() - begin) / max(len(made), 1)
-                results = [judge(mesh, truth, near, make is not poisson) for mesh in made or [None]]
+                spent, meshes = spent + time.process_time() - begin, meshes + max(len(made), 1)
+                results = [judge(mesh, truth, near, tool != "Open3D Poisson") for mesh in made or [None]]
                 best.append(max(results, key=lambda r: (r["solved"], -r["error"])))
                 print(f"{kind}: {tool}: {name}: {best[-1]}", file=sys.stderr, flush=True)
-            total = [sum(bool(result[key]) for result in best) for key in ("solved", "closed", "chi")]
-            error = float(np.median([result["error"] for result in best]))
-            counts = " | ".join(f"{count} of {len(best)}" for count in total)
-            lines.append(f"| {kind} | {tool} | {counts} | {error:.2f} | {spent / len(best):.2f} |")
-    text = "\n".join(lines) + "\n"
-    print(text)
-    if target:
-        with open(target, "w", encoding="utf-8") as out:
-            out.write(text)
+            solved, closed = (sum(bool(result[key]) for result in best) for key in ("solved", "closed"))
+            cells.append(f"**{solved}**, {closed}, {np.median([result['error'] for result in best]):.2f}")
+        print(f"| {tool} |", " | ".join(cells), f"| {spent / meshes:.2f} |", flush=True)
 
 
 if __name__ == "__main__":
     o3d.utility.set_verbosity_level(o3d.utility.VerbosityLevel.Error)
-    main(sys.argv[1] if len(sys.argv) > 1 else "")
+    main(sys.argv[1:])

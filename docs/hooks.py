@@ -1,4 +1,4 @@
-"""Hooks of the documentation build: TeX to MathML and a font for it, the help of the command line, nothing fetched at read time."""
+"""Hooks of the documentation build: TeX to MathML and a font for it, what the library itself shows, nothing fetched at read time."""
 
 import html
 import re
@@ -20,11 +20,24 @@ _FETCHED = re.compile(
 
 
 def on_files(files, config):
-    """Add the font: STIX Two Math (OFL), which ziamath carries."""
+    """Add the font, STIX Two Math (OFL), which ziamath carries, and a page made by `recon view`."""
     (package,) = find_spec("ziamath").submodule_search_locations
     font = Path(package) / "fonts" / "STIXTwoMath-Regular.ttf"
     files.append(File.generated(config, "assets/STIXTwoMath-Regular.ttf", abs_src_path=str(font)))
+    files.append(File.generated(config, "torus.html", content=torus()))
     return files
+
+
+def torus():
+    """Make the page of the shapes of a torus, its density changing by a factor of 10."""
+    import datasets_synthetic
+    from recon import reconstruct
+    from recon.page import view_page
+
+    truth = datasets_synthetic.surface("torus")
+    points = truth.sample(2000, density=10, rng=0).points
+    result = reconstruct(points)
+    return view_page(points, result.weights, mesh=result.mesh, reference=truth, title="a torus of 2,000 points")
 
 
 def on_page_markdown(markdown, **_):
