@@ -123,6 +123,13 @@ def create_from_point_cloud_alpha_shape(pcd: Any, alpha: float, tetra_mesh: Any 
     return _like(pcd, compact_mesh(points, facets, attributes))
 
 
+def show_alpha_shapes(pcd: Any, weights: Literal["adaptive"] | ArrayLike | None = None, *, steps: int = 200) -> None:
+    """Open Open3D's viewer with a slider for alpha: see `recon.stages.open3d_slider.show_alpha_shapes`."""
+    from .open3d_slider import show_alpha_shapes as show
+
+    show(pcd, weights, steps=steps)
+
+
 @dataclass(frozen=True, slots=True)
 class WeightedAlphaShape:
     """The stage as a callable with its options fixed: ``WeightedAlphaShape(surface="open")(pcd)``.
