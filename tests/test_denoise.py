@@ -1,5 +1,8 @@
 """Noise: told from shape, taken out, and nothing else taken with it."""
 
+import os
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -15,6 +18,13 @@ def cloud(name, noise=0.0, n=4000, **how):
     surface = datasets_synthetic.surface(name)
     spacing = np.sqrt(surface.area / n)
     return surface, surface.sample(n, noise=noise * spacing, **{"rng": 3, **how}), spacing
+
+
+def scans():
+    """The folder of real clouds."""
+    if "RECON_DATA" not in os.environ:
+        pytest.skip("RECON_DATA is not set")
+    return Path(os.environ["RECON_DATA"])
 
 
 def two_sheets(apart, noise, n=6000):
@@ -246,19 +256,13 @@ def test_no_sample_of_a_clean_surface_is_removed(name, density):
     ["meshes/femur.off", "meshes/mannequin-devil.off", "points/oni.pwn", "points/samp11-utm.pcd", "points/horse.ply"],
 )
 def test_no_sample_of_a_real_scan_is_removed(path):
-    import os
-    from pathlib import Path
-
-    points = recon.read_points(Path(os.environ["RECON_DATA"]) / path).points
+    points = recon.read_points(scans() / path).points
     assert not weighting.certain_outliers(points).any()
 
 
 @pytest.mark.data
 def test_real_scans_are_denoised_where_they_are_noisy_alone():
-    import os
-    from pathlib import Path
-
-    folder = Path(os.environ["RECON_DATA"])
+    folder = scans()
     noisy = {"points/milk.pcd", "points/fin90_with_PCA_normals.xyz", "points/hippo1.ply"}
     clean = {
         "points/kitten.xyz",
