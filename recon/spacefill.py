@@ -17,6 +17,7 @@ from .contracts import InvalidInput, as_points
 from .intervals import Family
 from .outside import FILLED, OUTSIDE, Outside
 from .power import adjacency
+from .redundancy import redundant_points
 from .regular import RegularTriangulation
 
 _CHUNK = 1 << 17  # simplices at a time
@@ -103,6 +104,18 @@ class SpaceFillingDiagram:
     def euler(self) -> int:
         """Euler characteristic of the boundary, through that of K_alpha, which is homotopy equivalent to F_alpha."""
         return 2 * int(self.complex.euler(self.alpha)) if self.dimension % 2 else 0
+
+    @cached_property
+    def redundant(self) -> NDArray[np.bool_]:
+        """Of every point, is the union the same without it? (n,): each by itself, so of two equal balls both are.
+
+        In general position: where a ball touches another from within, or power cells are flat, a redundant one may count
+        as needed.
+        Combinatorial, by local triangulations: about a millisecond for every ball that is wholly inside.
+        """
+        redundant = redundant_points(self.complex, self.alpha)
+        redundant.flags.writeable = False
+        return redundant
 
     @cached_property
     def voids(self) -> Cavities:

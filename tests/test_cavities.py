@@ -114,3 +114,35 @@ def test_areas_are_how_volumes_change():
     before, after = (within(points, np.full(60, (math.sqrt(0.3) + s) ** 2), pockets.cells) for s in (-step, step))
     change = np.bincount(pockets.number, (after - before)[:, 0], len(pockets)) / (2 * step)
     assert change == pytest.approx(pockets.areas, rel=1e-6)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.lists(st.tuples(*[st.integers(-2, 2)] * 3, st.integers(-1, 6)), min_size=1, max_size=9), st.integers(1, 3))
+def test_redundant_balls_are_those_that_leave_the_union_as_it_is(rows, d):
+    """Integers for centres, weights in general position: power cells have volumes, and nothing touches from within."""
+    rows, alpha = np.array(rows, float), 0.3717
+    points, weights = rows[:, :d], rows[:, 3] + 0.1 * np.sqrt(np.arange(2, 2 + len(rows)))
+    union = space_filling_diagram(points, weights, alpha)
+    assert np.abs(union.complex.spectrum() - alpha).min() > 1e-6
+    for p, redundant in enumerate(union.redundant):
+        if len(rows) == 1:
+            assert redundant == (weights[0] + alpha < 0)
+        else:
+            rest = space_filling_diagram(np.delete(points, p, axis=0), np.delete(weights, p), alpha)
+            assert redundant == (abs(rest.volume - union.volume) < 1e-9)
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_redundant_balls_of_a_crowd(d):
+    rng = np.random.default_rng(d)
+    points, weights = rng.normal(size=(50, d)), rng.uniform(0.2, 0.9, 50)
+    union = space_filling_diagram(points, weights)
+    assert 0 < union.redundant.sum() < 50
+    for p in range(50):
+        rest = space_filling_diagram(np.delete(points, p, axis=0), np.delete(weights, p))
+        assert union.redundant[p] == (union.volume - rest.volume < 1e-11)
+
+
+def test_of_equal_balls_each_is_redundant_by_itself():
+    union = space_filling_diagram([[0, 0], [0, 0], [5, 0], [5, 0]], [1, 1, 2, 1])
+    assert union.redundant.tolist() == [True, True, False, True]
