@@ -26,7 +26,6 @@ from recon.page.raster import picture
 from recon.page.scene import Colour, Scene, own_colours
 from recon.report import MEANING
 
-
 NAME = "</script><script>alert(1)</script> a & b \"c\" 'd' <i> $title ${data} $$ \u2028✓"
 
 

@@ -24,7 +24,7 @@ function drawChart(canvas, family, scale, marks) {
     pen.moveTo(0, at);
     pen.lineTo(width, at);
     pen.stroke();
-    pen.fillText(value.toLocaleString("en-US"), 2 * ratio, at - 2 * ratio);
+    pen.fillText(value.toLocaleString("en-US"), 2 * ratio, at < 12 * ratio ? at + 10 * ratio : at - 2 * ratio);
   }
   const zero = Math.round(width * scale.place(0)) + 0.5;
   if (family.critical[0] < 0 && family.critical[family.critical.length - 1] > 0) {

@@ -46,32 +46,33 @@ class Family {
     this.betti = arrays.betti;
     this.facets = arrays.facets;
     [this.first, this.lower, this.upper] = arrays.intervals;
+    this.kinds = new Uint8Array(this.first.length);
     this.cells = arrays.cells;
     this.entries = arrays.entries && arrays.entries[0];
   }
 
   rank(alpha) { return countUpTo(this.critical, alpha); }
 
-  // 0 singular, 1 regular, 2 interior, -1 exterior; r is the rank of alpha.
-  classOf(i, r) {
-    if (this.upper[i] < r) return 2;
-    if (this.lower[i] < r) return 1;
-    return this.first[i] < r ? 0 : -1;
-  }
-
-  // Write the corners of the facets of each shown class into target, class after class; give counts and starts.
+  // A facet has passed 0 to 3 bounds of its interval: exterior, singular, regular, interior.
+  // Write the corners of the facets of each shown class into target, class after class; give counts, starts and sizes.
   select(alpha, shown, target) {
-    const r = this.rank(alpha), n = this.first.length, width = this.facets.length, counts = [0, 0, 0];
-    for (let i = 0; i < n; i++) if (this.first[i] < r) counts[this.upper[i] < r ? 2 : this.lower[i] < r ? 1 : 0]++;
-    const sizes = counts.map((count, k) => (shown[k] ? count * width : 0));
-    const starts = [0, sizes[0], sizes[0] + sizes[1]], at = starts.slice();
-    if (sizes.some((size) => size > 0)) {
-      for (let i = 0; i < n; i++) {
-        if (this.first[i] >= r) continue;
-        const kind = this.upper[i] < r ? 2 : this.lower[i] < r ? 1 : 0;
-        if (shown[kind]) for (let k = 0; k < width; k++) target[at[kind]++] = this.facets[k][i];
-      }
+    const r = this.rank(alpha), width = this.facets.length, found = [0, 0, 0, 0], { first, lower, upper, kinds } = this;
+    for (let i = 0; i < kinds.length; i++) {
+      const kind = (first[i] < r) + (lower[i] < r) + (upper[i] < r);
+      kinds[i] = kind;
+      found[kind]++;
     }
+    const counts = found.slice(1), sizes = counts.map((count, k) => (shown[k] ? count * width : 0));
+    const starts = [0, sizes[0], sizes[0] + sizes[1]], wanted = [false, ...shown];
+    this.facets.forEach((column, k) => {
+      const at = [0, ...starts.map((start) => start + k)];
+      for (let i = 0; i < kinds.length; i++) {
+        const kind = kinds[i];
+        if (!wanted[kind]) continue;
+        target[at[kind]] = column[i];
+        at[kind] += width;
+      }
+    });
     return { counts, starts, sizes };
   }
 
@@ -86,11 +87,11 @@ class Family {
   boundary(alpha) {
     const r = this.rank(alpha), facets = [], singular = [];
     for (let i = 0; i < this.first.length; i++) {
-      const kind = this.classOf(i, r);
-      if (kind !== 0 && kind !== 1) continue;
+      const kind = (this.first[i] < r) + (this.lower[i] < r) + (this.upper[i] < r);
+      if (kind !== 1 && kind !== 2) continue;
       const row = this.facets.map((column) => column[i]);
-      facets.push(kind ? row : row.sort((a, b) => a - b));
-      singular.push(kind === 0);
+      facets.push(kind === 2 ? row : row.sort((a, b) => a - b));
+      singular.push(kind === 1);
     }
     return { facets, singular };
   }

@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 
 _FINE = 2  # samples a pixel and direction
 _AT_ONCE = 1 << 21  # pixel and face pairs looked at together
-_FRONT, _BACK, _POINT = np.array([(148, 172, 192), (168, 140, 118), (84, 122, 152)], dtype=np.float64)
+_FRONT, _BACK, _POINT = np.array([(148, 172, 192), (168, 140, 118), (104, 150, 186)], dtype=np.float64)
 _NONE = np.uint64(2**64 - 1)
 
 

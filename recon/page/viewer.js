@@ -70,7 +70,7 @@ class App {
     if (this.arrays.faces) this.boxes.mesh.count.textContent = grouped(this.arrays.faces[0].length);
 
     const select = find(".colours select");
-    select.append(new Option("kind", "-1"));
+    select.append(new Option(this.family ? "kind" : "nothing", "-1"));
     meta.colours.forEach((colour, k) => select.append(new Option(colour.label, k)));
     select.addEventListener("change", () => this.setColour(Number(select.value)));
     for (const button of root.querySelectorAll("[data-axis]")) button.addEventListener("click", () => this.setCut(Number(button.dataset.axis)));
