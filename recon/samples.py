@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 import weighting
 from weighting import projection
 
-NOISY = 0.5  # share of the cloud that must be noisy for all of it to be denoised unasked
+NOISY = 0.5  # share of the cloud above which it is denoised unasked
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -83,7 +83,7 @@ def clean_samples(points: NDArray[np.float64], denoise: bool | None, threads: in
     figures["noise"] = float(np.median(noise.sigma))
     figures["noise_in_spacings"] = noise.relative
     figures["noisy_share"] = noise.noisy
-    if denoise or noise.noisy >= NOISY:
+    if denoise or noise.noisy > NOISY:
         from .postprocess.denoise import moved
 
         before, located = located, moved(hood, cloud, noise, threads)
