@@ -22,7 +22,6 @@ from .topology import agreeing, patches, topology
 Kind = Literal["auto", "closed", "open"]
 ROUNDS = 6  # of repair; it mostly ends after 3
 OPEN_GATE = 2.5  # widest facet of an open sheet [local spacings]; the rest closes it over its boundary
-FIRST = np.float32(1e33)  # trust in samples by which they come before every facet
 # A void stands when it is deeper than its gate by DEEPER, the gate a leak between samples and no opening of the surface
 # (LEAK local spacings at most), or when it is deeper by SURE; a closed surface has this SHARE of its samples on such voids.
 DEEPER, LEAK, SURE = np.float32(1.2), np.float32(5), np.float32(2)
@@ -193,43 +192,56 @@ class _Evidence:
             self.points, self.nodes, self.links, centers, rho, depth, m
         )
         self.depth = depth
-        self.facets = sides.facet_evidence(self.links, self.gate, m, self.normals, True)
+        self._facets: tuple[NDArray[np.int32], NDArray[np.float32]] | None = None
+        self.centers = centers
 
     def share_on_voids(self) -> float:
         """Share of the vertices that have nodes inside and outside of the voids that stand."""
         from ._kernels.sides import voids
 
-        inside = voids(self.links, self.depth, len(self.cells), *self.facets, DEEPER, LEAK, SURE)
+        inside = voids(self.links, self.depth, len(self.cells), *self.facets(), DEEPER, LEAK, SURE)
         seen = np.zeros((len(self.points) + 1, 2), bool)
         seen[self.nodes, inside.astype(np.int8)[:, None]] = True
         vertices = seen[:-1].any(axis=1)
         return float(seen[:-1].all(axis=1).sum() / vertices.sum())
 
-    def sides(self, sealed: bool) -> tuple[NDArray[np.int8], int]:
-        """Side of every node, 0 where the first ghost is; and the samples passed over."""
-        from ._kernels.sides import facet_evidence, signed_forest
+    def facets(self) -> tuple[NDArray[np.int32], NDArray[np.float32]]:
+        """All facets, widest gate first, and their gates."""
+        from ._kernels.sides import facet_evidence
+
+        if self._facets is None:
+            self._facets = facet_evidence(self.links, self.gate, len(self.cells))
+        return self._facets
+
+    def closed_sides(self) -> tuple[NDArray[np.int8], int]:
+        """Side of every node, 0 outside; and the samples passed over."""
+        from ._kernels.sides import signed_forest
+
+        facets, keys = self.facets()
+        same = np.zeros(len(facets), np.uint8)
+        poles = self.pole, self.anti, self.trust
+        return signed_forest(self.links, len(self.cells), facets, keys, same, *poles, True)
+
+    def open_sides(self) -> tuple[NDArray[np.int8], int]:
+        """Side of every node as its corners see it; and the facets of a sheet that were passed over."""
+        from ._kernels.sides import signed_forest
+        from ._kernels.tangents import axes, heights, sheet_evidence
 
         m = len(self.cells)
-        facets = self.facets if sealed else facet_evidence(self.links, self.gate, m, self.normals, False)
-        trust = self.trust if sealed else FIRST * self.trust
-        return signed_forest(self.links, m, *facets, self.pole, self.anti, trust, sealed)
+        poles = self.pole, self.anti, self.trust
+        axis, sure, tensor = axes(self.points, self.spacing, self.nodes, self.centers, self.normals, *poles, m)
+        doubtful = sure < 1
+        axis[doubtful] = np.linalg.eigh(tensor[doubtful])[1][:, :, 2]
+        height = heights(self.points, self.spacing, self.cells, self.centers, axis)
+        evidence = sheet_evidence(self.nodes, self.links, self.gate, axis, self.normals, height, np.float32(OPEN_GATE))
+        return signed_forest(self.links, m, *evidence, *(part[:0] for part in poles), False)
 
-    def repair(self, sides: NDArray[np.int8]) -> NDArray[np.int32]:
+    def repair(self, sides: NDArray[np.int8], widest: float) -> NDArray[np.int32]:
         """Mend `sides` in place; the excess umbrellas of every sample, -1 where it is buried."""
         from ._kernels.repair import repair
 
-        return repair(
-            self.points,
-            self.spacing,
-            self.nodes,
-            self.links,
-            self.gate,
-            len(self.cells),
-            sides,
-            self.pole,
-            self.anti,
-            ROUNDS,
-        )[0]
+        walls = self.nodes, self.links, self.gate
+        return repair(self.points, self.spacing, *walls, sides, self.pole, self.anti, np.float32(widest), ROUNDS)[0]
 
     def between(self, sides: NDArray[np.int8]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Cell and corner of every facet between the sides, seen from side 1 where it is a cell."""
@@ -242,8 +254,8 @@ class _Evidence:
 
     def closed(self, reason: str, confidence: float) -> Surface:
         """All facets between inside and outside."""
-        sides, passed = self.sides(sealed=True)
-        excess = self.repair(sides)
+        sides, passed = self.closed_sides()
+        excess = self.repair(sides, np.inf)
         cell, corner = self.between(sides)
         faces = np.take_along_axis(self.cells[cell], OUTWARD[corner], axis=1)
         return Surface(
@@ -259,14 +271,13 @@ class _Evidence:
 
     def open(self, reason: str, confidence: float) -> Surface:
         """The facets between one hand and the other that are no wider than a sheet's."""
-        sides, passed = self.sides(sealed=False)
-        excess = self.repair(sides)
+        sides, passed = self.open_sides()
+        excess = self.repair(sides, OPEN_GATE)
         cell, corner = self.between(sides)
         keep = self.gate[cell, corner] <= OPEN_GATE
         cell, corner = cell[keep], corner[keep]
         faces = np.take_along_axis(self.cells[cell], OUTWARD[corner], axis=1)
-        turned = sides[cell] == 0  # seen from a ghost of side 1
-        faces[turned] = faces[turned, ::-1]
+        faces = _turned(self.points, faces.astype(np.int64)).astype(np.int32)
         used = np.zeros(len(self.points), bool)
         used[faces.ravel()] = True
         vertices = np.zeros(len(self.points), bool)

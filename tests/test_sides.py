@@ -94,7 +94,7 @@ def test_antipoles_lie_opposite_to_poles(seed):
             assert 0 < trust[v] <= min(depth[pole[v]], depth[anti[v]]) * 1.00001
 
 
-def forest_twin(links, m, facets, keys, pole, anti, trust, sealed):
+def forest_twin(links, m, facets, keys, opposite, pole, anti, trust, sealed):
     """The signed forest by breadth-first parity in a plain graph, one piece of evidence at a time."""
     n_nodes = len(links)
     graph = networkx.Graph()
@@ -103,7 +103,8 @@ def forest_twin(links, m, facets, keys, pole, anti, trust, sealed):
         for g in range(m + 1, n_nodes):
             graph.add_edge(m, g, odd=0)
     evidence = [
-        (-float(key), 1, i, int(f) >> 2, int(links[f >> 2, f & 3]), 0) for i, (f, key) in enumerate(zip(facets, keys))
+        (-float(key), 1, i, int(f) >> 2, int(links[f >> 2, f & 3]), int(opposite[i]))
+        for i, (f, key) in enumerate(zip(facets, keys))
     ]
     evidence += [(-float(t), 2, v, int(pole[v]), int(anti[v]), 1) for v, t in enumerate(trust) if anti[v] >= 0]
     passed = 0
@@ -125,10 +126,12 @@ def forest_twin(links, m, facets, keys, pole, anti, trust, sealed):
 def test_signed_forest_takes_the_strongest_evidence_first(seed, sealed):
     *_, nodes, links, _, _, _, gate, _, pole, anti, trust, normals = labelled(seed, 40)
     m = len(gate)
-    facets, keys = sides.facet_evidence(links, gate, m, normals, sealed)
+    facets, keys = sides.facet_evidence(links, gate, m)
     assert (np.diff(keys) <= 0).all()
-    got, passed = sides.signed_forest(links, m, facets, keys, pole, anti, trust, sealed)
-    expected, expected_passed = forest_twin(links, m, facets, keys, pole, anti, trust, sealed)
+    opposite = (np.random.default_rng(seed).random(len(facets)) < 0.3).astype(np.uint8)
+    evidence = facets, keys, opposite, pole, anti, trust, sealed
+    got, passed = sides.signed_forest(links, m, *evidence)
+    expected, expected_passed = forest_twin(links, m, *evidence)
     np.testing.assert_array_equal(got, expected)
     assert passed == expected_passed
 
@@ -181,12 +184,12 @@ def energy(points, spacing, nodes, links, side):
 def test_repair_never_raises_the_energy_and_says_what_is_left(seed):
     points, _, spacing, _, nodes, links, _, _, _, gate, _, pole, anti, trust, normals = labelled(seed, 80)
     m = len(gate)
-    facets, keys = sides.facet_evidence(links, gate, m, normals, True)
-    side, _ = sides.signed_forest(links, m, facets, keys, pole, anti, trust, True)
+    facets, keys = sides.facet_evidence(links, gate, m)
+    side, _ = sides.signed_forest(links, m, facets, keys, np.zeros(len(facets), np.uint8), pole, anti, trust, True)
     rng = np.random.default_rng(seed)
     side[:m] ^= rng.random(m) < 0.1  # damage to mend
     before, _ = energy(points, spacing, nodes, links, side)
-    excess, moves = repair.repair(points, spacing, nodes, links, gate, m, side, pole, anti, 6)
+    excess, moves = repair.repair(points, spacing, nodes, links, gate, side, pole, anti, np.float32(np.inf), 6)
     after, expected = energy(points, spacing, nodes, links, side)
     np.testing.assert_array_equal(excess, expected)
     assert moves > 0

@@ -13,7 +13,7 @@ CLOSED = [
     "sphere", "ellipsoid", "torus", "capsule", "box", "rounded_box", "cylinder", "cone_frustum", "bumpy_sphere",
     "genus_2", "genus_3", "trefoil", "nested_spheres", "csg_part",
 ]  # fmt: skip
-OPEN = ["hemisphere", "paraboloid"]
+OPEN = ["hemisphere", "paraboloid", "swiss_roll", "wavy_sheet", "mobius_band"]
 
 
 def signed_volume(mesh: recon.Mesh) -> float:
@@ -36,13 +36,16 @@ def test_closed_surfaces_come_out_closed_with_their_topology_and_every_sample(na
 
 
 @pytest.mark.parametrize("name", OPEN)
-def test_open_sheets_keep_their_boundary(name):
+@pytest.mark.parametrize("noise", [0.0, 0.01])
+def test_open_sheets_keep_their_boundary_and_every_sample(name, noise):
     truth = datasets_synthetic.surface(name)
-    result = recon.reconstruct(truth.sample(3000, rng=0).points)
+    result = recon.reconstruct(truth.sample(3000, noise=noise, rng=0).points)
     t = topology(result.mesh.faces)
     assert result.surface == "open"
-    assert t.manifold and t.oriented
-    assert (t.euler, t.boundary_loops) == (truth.euler, truth.boundary_loops)
+    assert t.manifold
+    assert t.oriented == t.orientable == (name != "mobius_band")
+    assert (t.euler, t.boundary_loops, t.components) == (truth.euler, truth.boundary_loops, 1)
+    assert result.report["mesh"]["share_of_points_used"] == 1
 
 
 @pytest.mark.parametrize("ratio", [1, 10, 50])

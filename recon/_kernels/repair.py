@@ -157,90 +157,55 @@ def star_lists(nodes, n):
 
 
 @kernel
-def umbrellas(nodes, links, sides, v, starts, star, queue, seen, stamp):
-    """Umbrellas of sample v beyond the first: components of each side in its star, less two; -1 when one side is missing."""
-    inside, outside = 0, 0
+def umbrellas(around, scratch, widest, sides, v):
+    """Umbrellas of sample v beyond the first, -1 where it has no facet; facets of wider gate than `widest` are none.
+
+    The link of v in the surface is a graph: as many umbrellas as it has components, and (degree - 1) // 2 more at each
+    of its vertices.
+    """
+    nodes, links, gate, starts, star = around
+    number, corner, parent, degree = scratch
+    m = len(gate)
+    count = 0
     for i in range(starts[v], starts[v + 1]):
         x = star[i]
-        if seen[x] == stamp:
+        if x >= m:
             continue
-        side = sides[x]
-        if side:
-            inside += 1
-        else:
-            outside += 1
-        seen[x] = stamp
-        queue[0] = x
-        head, tail = 0, 1
-        while head < tail:
-            x = queue[head]
-            head += 1
-            for k in range(4):
-                y = links[x, k]
-                if seen[y] != stamp and sides[y] == side and nodes[x, k] != v:
-                    seen[y] = stamp
-                    queue[tail] = y
-                    tail += 1
-    if inside == 0 or outside == 0:
-        return -1
-    return inside + outside - 2
+        for k in range(4):
+            y = links[x, k]
+            if (y < x and y < m) or sides[y] == sides[x] or nodes[x, k] == v or gate[x, k] > widest:
+                continue
+            first = np.int32(-1)
+            for j in range(4):
+                u = nodes[x, j]
+                if j == k or u == v:
+                    continue
+                at = number[u]
+                if at < 0:
+                    at = np.int32(count)
+                    number[u] = at
+                    corner[at], parent[at], degree[at] = u, at, 0
+                    count += 1
+                degree[at] += 1
+                while parent[at] != at:
+                    at = parent[at]
+                if first >= 0:
+                    parent[at] = first
+                first = at
+    excess = -1
+    for i in range(count):
+        excess += (parent[i] == i) + (degree[i] - 1) // 2
+        number[corner[i]] = -1
+    return excess
 
 
 @kernel
-def excesses(nodes, links, sides, star_starts, excess):
-    """`umbrellas` of every sample into `excess` (n,), from the facets: the link of a sample is a graph on a sphere, cut by it
-    into as many regions as it has components, and one, and d / 2 - 1 for each of its vertices of degree d (Euler)."""
-    n = len(excess)
-    starts = np.zeros(n + 2, np.int64)
-    for x in range(len(nodes)):
-        for k in range(4):
-            if links[x, k] > x and sides[links[x, k]] != sides[x]:
-                for i in range(4):
-                    if i != k:
-                        starts[nodes[x, i] + 1] += 1
-    for v in range(n + 1):
-        starts[v + 1] += starts[v]
-    place = starts[:-1].copy()
-    one, two = np.empty(starts[n + 1], np.int32), np.empty(starts[n + 1], np.int32)
-    for x in range(len(nodes)):
-        for k in range(4):
-            if links[x, k] > x and sides[links[x, k]] != sides[x]:
-                for i in range(4):
-                    if i != k:
-                        v = nodes[x, i]
-                        a, b = np.int32(-1), np.int32(-1)
-                        for j in range(4):
-                            if j != i and j != k:
-                                a, b = nodes[x, j], a
-                        one[place[v]], two[place[v]] = a, b
-                        place[v] += 1
-    longest = 0
-    for v in range(n):
-        longest = max(longest, starts[v + 1] - starts[v])
-    number = np.full(n + 1, -1, np.int32)
-    parent, degree = np.empty(2 * longest, np.int32), np.empty(2 * longest, np.int32)
-    for v in range(n):
-        if star_starts[v + 1] == star_starts[v]:
-            continue
-        count, regions = np.int32(0), 1
-        for f in range(starts[v], starts[v + 1]):
-            for u in (one[f], two[f]):
-                if number[u] < 0:
-                    number[u] = count
-                    parent[count], degree[count] = count, 0
-                    count += 1
-                degree[number[u]] += 1
-            a, b = number[one[f]], number[two[f]]
-            while parent[a] != a:
-                a = parent[a]
-            while parent[b] != b:
-                b = parent[b]
-            parent[a] = b
-        for i in range(count):
-            regions += (parent[i] == i) + degree[i] // 2 - 1
-        for f in range(starts[v], starts[v + 1]):
-            number[one[f]], number[two[f]] = -1, -1
-        excess[v] = regions - 2
+def excesses(around, scratch, widest, sides, excess):
+    """`umbrellas` of every sample into `excess` (n,)."""
+    starts = around[3]
+    for v in range(len(excess)):
+        if starts[v + 1] > starts[v]:
+            excess[v] = umbrellas(around, scratch, widest, sides, v)
 
 
 @kernel
@@ -314,8 +279,9 @@ def wall(points, spacing, i, j, k):
 
 
 @kernel
-def flip(points, spacing, nodes, links, sides, x, starts, star, queue, seen, stamp, excess):
-    """Flip node x: the change of energy without topology, the change of the surface's Euler number, the last stamp."""
+def flip(points, spacing, around, scratch, widest, sides, x, excess):
+    """Flip node x: the change of energy without topology, and of the surface's Euler number."""
+    nodes, links = around[0], around[1]
     n = len(points)
     energy, chi = 0.0, 0
     for k in range(4):
@@ -335,27 +301,23 @@ def flip(points, spacing, nodes, links, sides, x, starts, star, queue, seen, sta
     for k in range(4):
         v = nodes[x, k]
         if v < n:
-            stamp += 1
             old = excess[v]
-            new = umbrellas(nodes, links, sides, v, starts, star, queue, seen, stamp)
+            new = umbrellas(around, scratch, widest, sides, v)
             excess[v] = new
             energy += (BURIED if new < 0 else PINCH * new) - (BURIED if old < 0 else PINCH * old)
             chi += (new >= 0) - (old >= 0)
-    return energy, chi, stamp
+    return energy, chi
 
 
 @kernel
 def move(
     points,
     spacing,
-    nodes,
-    links,
-    gate,
-    m,
+    around,
+    scratch,
+    widest,
     sides,
     seed,
-    starts,
-    star,
     reach,
     hopeless,
     order,
@@ -375,7 +337,8 @@ def move(
 
     state = [last stamp, components, next component number, clock of accepted moves].
     """
-    n = len(points)
+    nodes, links, gate = around[0], around[1], around[2]
+    n, m = len(points), len(gate)
     stamp = state[0] + 1
     first = stamp
     side, ours = sides[seed], component[seed]
@@ -393,7 +356,7 @@ def move(
             y = links[x, k]
             if mark[y] != -first and sides[y] != side and component[y] not in touched:
                 touched.append(component[y])
-        change, turned, stamp = flip(points, spacing, nodes, links, sides, x, starts, star, queue, seen, stamp, excess)
+        change, turned = flip(points, spacing, around, scratch, widest, sides, x, excess)
         energy += change
         chi += turned
         mark[x] = -first
@@ -412,16 +375,14 @@ def move(
             y = links[x, k]
             if y < m and mark[y] != -first and sides[y] == side:
                 if order == 0:
-                    change, turned, stamp = flip(
-                        points, spacing, nodes, links, sides, y, starts, star, queue, seen, stamp, excess
-                    )
-                    _, _, stamp = flip(points, spacing, nodes, links, sides, y, starts, star, queue, seen, stamp, excess)
+                    change, turned = flip(points, spacing, around, scratch, widest, sides, y, excess)
+                    flip(points, spacing, around, scratch, widest, sides, y, excess)
                     heapq.heappush(heap, (change - TOPOLOGY * turned / 2, np.int64(y)))
                 elif mark[y] != first:
                     mark[y] = first
                     heapq.heappush(heap, (order * np.float64(gate[x, k]), np.int64(y)))
     for i in range(length - 1, best_length - 1, -1):
-        _, _, stamp = flip(points, spacing, nodes, links, sides, chain[i], starts, star, queue, seen, stamp, excess)
+        flip(points, spacing, around, scratch, widest, sides, chain[i], excess)
     best = 0.0
     if best_length > 0:
         stamp += 1
@@ -431,9 +392,7 @@ def move(
         if best > -1e-9:
             best = 0.0
             for i in range(best_length - 1, -1, -1):
-                _, _, stamp = flip(
-                    points, spacing, nodes, links, sides, chain[i], starts, star, queue, seen, stamp, excess
-                )
+                flip(points, spacing, around, scratch, widest, sides, chain[i], excess)
         else:
             state[1] += pieces
             state[3] += 1
@@ -474,11 +433,25 @@ def move(
 
 
 @kernel
-def repair(points, spacing, nodes, links, gate, m, sides, pole, anti, rounds):
-    """Improve `sides` in place; returns `excess` (n,) of every sample (0: one umbrella, -1: buried, more: pinched) and the moves."""
-    n = len(points)
-    N = len(nodes)
+def repair(points, spacing, nodes, links, gate, sides, pole, anti, widest, rounds):
+    """Improve `sides` in place; returns `excess` (n,) of every sample (0: one umbrella, -1: buried, more: pinched) and the moves.
+
+    `widest`: where facets of wider gates are none (an open surface) only pinched and buried samples are mended: there is
+    no telling a handle or an island from what walls of such facets cut up.
+    """
+    n, m, N = len(points), len(gate), len(nodes)
     starts, star = star_lists(nodes, n)
+    longest = 4
+    for v in range(n):
+        longest = max(longest, starts[v + 1] - starts[v])
+    around = (nodes, links, gate, starts, star)
+    scratch = (
+        np.full(n + 1, -1, np.int32),
+        np.empty(6 * longest, np.int32),
+        np.empty(6 * longest, np.int32),
+        np.empty(6 * longest, np.int32),
+    )
+    sealed = widest == np.inf
     queue = np.empty(N, np.int32)
     after = np.empty(N, np.int32)
     label = np.empty(N, np.int32)
@@ -492,7 +465,7 @@ def repair(points, spacing, nodes, links, gate, m, sides, pole, anti, rounds):
     tried = np.full(n, -1, np.int64)  # and of the last attempt to mend it,
     tried_from = np.full(N, -1, np.int64)  # or to cut a handle or reach an island from a node
     state = np.zeros(4, np.int64)
-    excesses(nodes, links, sides, starts, excess)
+    excesses(around, scratch, widest, sides, excess)
     state[1] = state[2] = number_components(links, sides, component, size, queue)
     for _ in range(rounds):
         if state[2] > N // 2:  # numbers of components that are no more
@@ -506,14 +479,11 @@ def repair(points, spacing, nodes, links, gate, m, sides, pole, anti, rounds):
                     gained += move(
                         points,
                         spacing,
-                        nodes,
-                        links,
-                        gate,
-                        m,
+                        around,
+                        scratch,
+                        widest,
                         sides,
                         np.int64(seed),
-                        starts,
-                        star,
                         np.int64(REACH_BURIED),
                         HOPELESS_BURIED,
                         -1.0,
@@ -535,14 +505,11 @@ def repair(points, spacing, nodes, links, gate, m, sides, pole, anti, rounds):
                         gained += move(
                             points,
                             spacing,
-                            nodes,
-                            links,
-                            gate,
-                            m,
+                            around,
+                            scratch,
+                            widest,
                             sides,
                             np.int64(star[i]),
-                            starts,
-                            star,
                             np.int64(REACH_PINCH),
                             HOPELESS,
                             -1.0,
@@ -559,7 +526,7 @@ def repair(points, spacing, nodes, links, gate, m, sides, pole, anti, rounds):
                             size,
                         )
             tried[v] = state[3]
-        for x in range(m):
+        for x in range(m if sealed else 0):
             # a handle is cut through facets no wider than those of the surface
             narrow, fresh, moved, surface = True, False, False, False
             for k in range(4):
@@ -575,14 +542,11 @@ def repair(points, spacing, nodes, links, gate, m, sides, pole, anti, rounds):
                 gained += move(
                     points,
                     spacing,
-                    nodes,
-                    links,
-                    gate,
-                    m,
+                    around,
+                    scratch,
+                    widest,
                     sides,
                     np.int64(x),
-                    starts,
-                    star,
                     np.int64(REACH_HANDLE),
                     HOPELESS,
                     0.0,
@@ -600,15 +564,15 @@ def repair(points, spacing, nodes, links, gate, m, sides, pole, anti, rounds):
                 )
                 tried_from[x] = state[3]
         # islands: leave each by its widest gate that was not tried before
-        widest = np.zeros(state[2], np.float32)
+        way = np.zeros(state[2], np.float32)
         bridge = np.full(state[2], -1, np.int32)
-        for x in range(m):
+        for x in range(m if sealed else 0):
             c = component[x]
             if size[c] < min(ISLAND, BODY * N):
                 for k in range(4):
                     y = links[x, k]
-                    if y < m and sides[y] != sides[x] and gate[x, k] > widest[c] and tried_from[y] < 0:
-                        widest[c], bridge[c] = gate[x, k], y
+                    if y < m and sides[y] != sides[x] and gate[x, k] > way[c] and tried_from[y] < 0:
+                        way[c], bridge[c] = gate[x, k], y
         for c in range(len(bridge)):
             y = bridge[c]
             if y >= 0 and state[2] < N - 64:
@@ -616,14 +580,11 @@ def repair(points, spacing, nodes, links, gate, m, sides, pole, anti, rounds):
                 gained += move(
                     points,
                     spacing,
-                    nodes,
-                    links,
-                    gate,
-                    m,
+                    around,
+                    scratch,
+                    widest,
                     sides,
                     np.int64(y),
-                    starts,
-                    star,
                     np.int64(REACH_BURIED),
                     HOPELESS_BURIED,
                     1.0,
@@ -641,8 +602,9 @@ def repair(points, spacing, nodes, links, gate, m, sides, pole, anti, rounds):
                 )
         if gained > -1e-9:
             break
-    absorb(nodes, links, gate, m, sides, component, size, np.int64(state[2]))
-    excesses(nodes, links, sides, starts, excess)
+    if sealed:
+        absorb(nodes, links, gate, m, sides, component, size, np.int64(state[2]))
+    excesses(around, scratch, widest, sides, excess)
     return excess, state[3]
 
 

@@ -10,8 +10,6 @@ import numpy as np
 
 from .compile import kernel
 
-GHOST = np.float32(1e31)  # two ghosts that face the same way come before any facet
-
 
 @kernel
 def close_hull(cells, neighbors, n):
@@ -277,26 +275,20 @@ def _root(parent, x):
 
 
 @kernel
-def facet_evidence(links, gate, m, normals, sealed):
-    """All facets once, as 4 * node + corner, widest gate first, and their gates; with those between ghosts unless sealed."""
-    N = len(links)
+def facet_evidence(links, gate, m):
+    """All facets once, as 4 * node + corner, widest gate first, and their gates."""
     count = 0
-    for c in range(m if sealed else N):
+    for c in range(m):
         for k in range(4):
             count += links[c, k] > c
     facets = np.empty(count, np.int32)
     keys = np.empty(count, np.float32)
     count = 0
-    for c in range(m if sealed else N):
+    for c in range(m):
         for k in range(4):
-            o = links[c, k]
-            if o > c:
+            if links[c, k] > c:
                 facets[count] = 4 * c + k
-                if c < m:
-                    keys[count] = gate[c, k]
-                else:
-                    f, g = normals[c - m], normals[o - m]
-                    keys[count] = GHOST * max(f[0] * g[0] + f[1] * g[1] + f[2] * g[2], 0.0)
+                keys[count] = gate[c, k]
                 count += 1
     order = descending(keys)
     return facets[order], keys[order]
@@ -341,11 +333,11 @@ def voids(links, depth, m, facets, keys, ratio, widest, sure):
 
 
 @kernel
-def signed_forest(links, m, facets, keys, pole, anti, trust, sealed):
-    """Unite nodes across facets (same side) and poles of samples (opposite sides), strongest evidence first.
+def signed_forest(links, m, facets, keys, opposite, pole, anti, trust, sealed):
+    """Unite nodes across facets (on the same side, or `opposite` ones) and poles of samples (opposite), strongest evidence first.
 
     Evidence that contradicts stronger evidence is passed over. `sealed`: all ghosts are one outside.
-    Returns sides (N,) int8, 0 where the first ghost is, and how many samples were passed over.
+    Returns sides (N,) int8, 0 where the first ghost is, and how much of the evidence for opposite sides was passed over.
     """
     N = len(links)
     parent = np.empty(N, np.int64)
@@ -375,7 +367,9 @@ def signed_forest(links, m, facets, keys, pole, anti, trust, sealed):
             a, p = _root(parent, np.int64(e >> 2))
             b, q = _root(parent, np.int64(links[e >> 2, e & 3]))
             if a != b:
-                parent[max(a, b)] = 2 * min(a, b) + (p ^ q)
+                parent[max(a, b)] = 2 * min(a, b) + (opposite[f] ^ p ^ q)
+            else:
+                passed += opposite[f] == 1 and p == q
     sides = np.empty(N, np.int8)
     for x in range(N):
         sides[x] = _root(parent, np.int64(x))[1]

@@ -13,7 +13,8 @@ def split_pinches(mesh: Mesh) -> tuple[Mesh, int]:
     """Give each umbrella of faces a vertex of its own, so that no vertex or edge is pinched.
 
     Around an edge of more than two faces, each face is joined to the one that it shares a side of the surface with: the
-    next one that walks the edge the other way. Two faces that walk their edge the same way are cut apart.
+    next one that walks the edge the other way. Faces without sides, as of a Moebius band, may meet walking their edge the
+    same way; where more than two faces at an edge are left by that, such edges are cut too.
 
     Parameters
     ----------
@@ -30,23 +31,39 @@ def split_pinches(mesh: Mesh) -> tuple[Mesh, int]:
     -----
     Faces stay where they are: the surface touches itself at the split vertices, but is a manifold.
     """
+    if len(mesh.faces) == 0:
+        return mesh, 0
+    split, copies = _split(mesh, sided=False)
+    low, high = np.sort(split.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2).astype(np.int64), axis=1).T
+    key = np.sort(low * len(split.vertices) + high)
+    if (key[2:] == key[:-2]).any():
+        return _split(mesh, sided=True)
+    return split, copies
+
+
+def _split(mesh: Mesh, sided: bool) -> tuple[Mesh, int]:
+    """Split into umbrellas; where `sided`, two faces that walk their edge the same way are cut apart."""
     faces = mesh.faces
     f = len(faces)
-    if f == 0:
-        return mesh, 0
     start, end = faces.ravel().astype(np.int64), np.roll(faces, -1, axis=1).ravel().astype(np.int64)
     key = np.minimum(start, end) * len(mesh.vertices) + np.maximum(start, end)
     ahead = start < end
-    turn = np.where(
-        np.unique(key, return_counts=True)[1][np.unique(key, return_inverse=True)[1]] > 2, _angle(mesh, ahead), 0.0
-    )
-    order = np.lexsort((turn, key))
+    order = np.argsort(key, kind="stable")
     group = key[order]
+    crowded = np.zeros(len(key), bool)
+    middle = np.flatnonzero(group[2:] == group[:-2]) + 1  # of three half-edges of one edge, or more
+    for shift in (-1, 0, 1):
+        crowded[order[middle + shift]] = True
+    if crowded.any():
+        turn = np.zeros(len(key))
+        turn[crowded] = _angle(mesh, ahead, np.flatnonzero(crowded))
+        order = np.lexsort((turn, key))
     first = np.flatnonzero(np.diff(group, prepend=-1))
     count = np.diff(first, append=len(group))
     left, right = [], []
     pair = first[count == 2]
-    pair = pair[ahead[order[pair]] != ahead[order[pair + 1]]]  # two that walk it the same way are cut apart
+    if sided:
+        pair = pair[ahead[order[pair]] != ahead[order[pair + 1]]]
     left.append(order[pair])
     right.append(order[pair + 1])
     for at, size in zip(first[count > 2], count[count > 2]):
@@ -86,13 +103,12 @@ def split_pinches(mesh: Mesh) -> tuple[Mesh, int]:
     )
 
 
-def _angle(mesh: Mesh, ahead: np.ndarray) -> np.ndarray:
+def _angle(mesh: Mesh, ahead: np.ndarray, half_edges: np.ndarray) -> np.ndarray:
     """Angle of each half-edge's face around its edge, walked from the lower to the higher vertex."""
-    faces = mesh.faces
-    a = mesh.vertices[faces.ravel()]
-    b = mesh.vertices[np.roll(faces, -1, axis=1).ravel()]
-    c = mesh.vertices[np.roll(faces, -2, axis=1).ravel()]
-    low, high = np.where(ahead[:, None], a, b), np.where(ahead[:, None], b, a)
+    face, corner = np.divmod(half_edges, 3)
+    a, b, c = (mesh.vertices[mesh.faces[face, (corner + j) % 3]] for j in range(3))
+    forward = ahead[half_edges, None]
+    low, high = np.where(forward, a, b), np.where(forward, b, a)
     axis = high - low
     axis = axis / np.maximum(np.linalg.norm(axis, axis=1), np.finfo(float).tiny)[:, None]
     side = np.zeros_like(axis)
