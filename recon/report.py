@@ -97,6 +97,8 @@ class Report:
 
 def shown(value: Any) -> str:
     """Write a value for people: four digits for a float, thousands apart for a count."""
+    if value is None:
+        return "-"
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, int):

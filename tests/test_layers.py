@@ -11,7 +11,7 @@ ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ("recon", "weighting", "datasets_synthetic")
 # From the top: a module may import what stands below it.
 ORDER = [
-    "cli", "stages", "pipeline", "report", "metrics", "postprocess", "surface", "alpha", "regular", "_kernels", "contracts",
+    "cli", "stages", "page", "pipeline", "report", "metrics", "postprocess", "surface", "alpha", "regular", "_kernels", "contracts",
 ]  # fmt: skip
 # Weights that are judged by the complex that they make stand beside the pipeline.
 ABOVE_SURFACE = {"weighting.enforce", "weighting.closing"}

@@ -126,8 +126,10 @@ def _again(points: NDArray[np.float64], weights: str, options: Mapping[str, Any]
 
 
 def _views(points: NDArray[np.float64]) -> tuple[dict[str, tuple[float, float, float]], tuple[float, float, float]]:
-    """Two directions to look from, and what is up: the thin direction of flat things, as in scene.js."""
+    """Give directions to look from, and what is up, as in scene.js: flat things lie, planes are seen from above."""
     extent = np.ptp(points, axis=0)
+    if extent[2] < 1e-5 * extent.max():
+        return {"from above": (0.0, 0.0, 1.0)}, (0.0, 1.0, 0.0)
     flat = extent[2] == extent.min() and extent[2] < 0.45 * extent.max()
     return (_FLAT_VIEWS, (0.0, 0.0, 1.0)) if flat else (_VIEWS, (0.0, 1.0, 0.0))
 
