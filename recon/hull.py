@@ -109,7 +109,7 @@ class Exact:
                 basis.append((axis, edge))
                 if len(basis) == d:
                     break
-        self._axes = _leading([edge for _, edge in basis])
+        self._axes = _leading([[a - b for a, b in zip(self._points[i], first)] for i in simplex[1:]])
         if basis and self.side(simplex, 0, simplex[0]) < 0:
             simplex[:2] = simplex[1::-1]
         return simplex, self._axes

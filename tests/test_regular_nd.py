@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from oracle import Oracle, determinant
+from oracle import Oracle, determinant, dot, exact, orient, power_sign
 from test_regular import cell_set, check_against_definition, hard_clouds
 
 from recon import certify, hull, regular_triangulation
@@ -29,7 +29,7 @@ def cross(d: int) -> np.ndarray:
 def test_small_degenerate_sets_give_the_cells_of_the_definition(d, reach, unit):
     """Integers, whose signs floats know, and tenths, whose signs take integers."""
     rng = np.random.default_rng([d, reach])
-    for _ in range(40):
+    for _ in range(15):
         n = rng.integers(1, d + 5)
         points = rng.integers(-reach, reach + 1, (n, d)) * unit
         check_against_definition(points, rng.integers(-reach, reach + 1, n) * float(rng.integers(0, 2)) * unit**2)
@@ -50,7 +50,7 @@ coordinate = st.one_of(st.integers(-2, 2).map(float), st.sampled_from([0.1, 1 / 
 weight = st.one_of(st.integers(-4, 4).map(float), st.sampled_from([1e-300, 1e150, -1e150, 1e-17, 0.1]))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(st.data())
 def test_whatever_hypothesis_finds(data):
     d = data.draw(st.integers(4, 6))
@@ -91,7 +91,7 @@ def test_simplices_with_duplicates(d):
 def test_flats_in_wider_spaces(span):
     """Points of a spot, a line, a plane, a space, off the origin; whole numbers and rounded ones."""
     rng = np.random.default_rng([21, span])
-    for _ in range(12):
+    for _ in range(6):
         d = rng.integers(max(4, span), 6)
         points = 0.5 + rng.integers(-2, 3, (8, span)) @ rng.integers(-2, 3, (span, d)).astype(float)
         weights = rng.integers(-3, 4, 8) * float(rng.integers(0, 2))
@@ -109,8 +109,12 @@ def test_a_plane_in_four_dimensions_is_triangulated_as_in_the_plane():
 def test_as_many_dimensions_as_points():
     """Beyond ten dimensions all signs are taken from integers."""
     rng = np.random.default_rng(24)
-    for d in (9, 10):
-        check_against_definition(rng.integers(-1, 2, (d + 2, d)).astype(float))
+    for d in (9, 10, 12):
+        points = exact(rng.integers(-1, 2, (d + 3, d)))
+        cells = regular_triangulation(np.array(points, float)).cells.tolist()
+        heights = [dot(p, p) for p in points]
+        assert len(cells[0]) == d + 1 and all(orient(*(points[i] for i in cell)) == 1 for cell in cells)
+        assert all(power_sign(points, heights, cell, q) > 0 for cell in cells for q in {*range(d + 3)} - {*cell})
     assert regular_triangulation(rng.normal(size=(40, 60))).cells.shape == (1, 40)
 
 
@@ -119,7 +123,7 @@ def test_ulp_grids_and_any_exponent():
     for base in ([1 / 3, 24.0, 0.1, 7.0], [1e-3, 5e5, 5.4e6, 200.0]):
         points = np.array(base) + rng.integers(-2, 3, (8, 4)) * np.spacing(np.array(base))
         check_against_definition(points)
-    for _ in range(5):
+    for _ in range(2):
         small = rng.integers(-2, 3, (8, 4)).astype(float)
         check_against_definition(small * 5e-324)
         check_against_definition(small * 2.0**330, rng.integers(-2, 3, 8) * 2.0**660)
