@@ -180,7 +180,7 @@ def test_a_flat_cloud_is_refused():
 
 
 def test_a_mesh_keeps_its_faces_and_does_not_run_into_itself():
-    surface, sample, _ = cloud("torus", 0.3, n=3000)
+    surface, sample, _ = cloud("torus", 0.3, n=2000)
     mesh = recon.reconstruct(sample.points, denoise=False).mesh
     smooth = denoise(mesh)
     np.testing.assert_array_equal(smooth.faces, mesh.faces)
@@ -233,7 +233,7 @@ def test_denoising_can_be_refused_and_asked_for():
         recon.reconstruct(clean.points, denoise=0.5)
 
 
-@pytest.mark.parametrize("name", ["sphere", "torus", "genus_2", "capsule"])
+@pytest.mark.parametrize("name", ["sphere", "torus", "genus_2"])
 def test_a_tenth_of_uniform_outliers_does_not_change_the_topology(name):
     surface, sample, _ = cloud(name, n=8000, outliers=0.1, rng=0)
     result = recon.reconstruct(sample.points)

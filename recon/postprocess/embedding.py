@@ -23,17 +23,20 @@ def give_way(mesh: Mesh, before: NDArray[np.float64], after: NDArray[np.float64]
     (v, 3) ndarray of float64 [L]
         Row by row either `after` or, at the faces that would meet and as far around as it takes, `before`.
     """
-    faces = mesh.faces
-    known: set[tuple[int, int]] | None = None
-    current = np.array(after)
+    faces, current = mesh.faces, np.array(after)
     while True:
         meeting = intersecting_faces(current, faces)
-        if len(meeting) and known is None:
-            known = {(int(a), int(b)) for a, b in intersecting_faces(before, faces)}
-        fresh = [pair for pair in meeting if known is not None and (int(pair[0]), int(pair[1])) not in known]
-        rows = np.unique(faces[np.array(fresh, dtype=np.int64).ravel()])
+        meeting = meeting[~_met(before, faces, meeting)]
+        rows = np.unique(faces[meeting.ravel()])
         back = rows[(current[rows] != before[rows]).any(axis=1)]
         if len(back) == 0:
             current.setflags(write=False)
             return current
         current[back] = before[back]
+
+
+def _met(points: NDArray[np.float64], faces: NDArray[np.integer], pairs: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Which pairs of faces meet at these positions."""
+    some = np.unique(pairs)
+    known = some[intersecting_faces(points, faces[some])]
+    return np.isin(pairs[:, 0] * len(faces) + pairs[:, 1], known[:, 0] * len(faces) + known[:, 1])
