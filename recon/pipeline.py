@@ -279,6 +279,7 @@ def _figures(
             "boundary_loops": t.boundary_loops,
             "nonmanifold_edges": t.nonmanifold_edges,
             "nonmanifold_vertices": t.nonmanifold_vertices,
+            "oriented": t.oriented,
             "split_vertices": copies,
             "removed_islands": islands,
             "share_of_points_used": used / kept,

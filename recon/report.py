@@ -41,6 +41,7 @@ MEANING = {
     "mesh.boundary_loops": ("count", "closed chains of open edges"),
     "mesh.nonmanifold_edges": ("count", "edges of three faces or more"),
     "mesh.nonmanifold_vertices": ("count", "vertices whose faces form several umbrellas"),
+    "mesh.oriented": ("", "whether neighbouring faces agree on their front; a sheet with one side only cannot"),
     "mesh.split_vertices": ("count", "copies made where the surface touched itself"),
     "mesh.removed_islands": ("count", "pieces no deeper than their faces are wide; left out"),
     "mesh.share_of_points_used": ("1", "share of the distinct points that are vertices of the mesh"),

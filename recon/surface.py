@@ -1,9 +1,10 @@
 """From the triangulation to a surface: which side each cell lies on, and the facets between the sides.
 
 Two kinds of evidence say it. A facet whose gate (the depth at which it closes, in local spacings) is wide has one side: its two
-cells lie together. A sample lies on the surface: its two poles, the deepest cells on either hand, lie apart. All evidence is
-taken strongest first into a signed spanning forest; what contradicts stronger evidence is passed over. Then a local search
-gives every sample exactly one umbrella of facets.
+cells lie together. A sample lies on the surface: its two poles, the deepest cells on either hand, lie apart. An open sheet has no
+sides to begin with; there each sample says which facets around it cross its tangent plane (`_kernels.tangents`). All evidence
+is taken strongest first into a signed spanning forest; what contradicts stronger evidence is passed over. Then a local
+search gives every sample exactly one umbrella of facets.
 """
 
 from __future__ import annotations
@@ -23,7 +24,8 @@ Kind = Literal["auto", "closed", "open"]
 ROUNDS = 6  # of repair; it mostly ends after 3
 OPEN_GATE = 2.5  # widest facet of an open sheet [local spacings]; the rest closes it over its boundary
 # A void stands when it is deeper than its gate by DEEPER, the gate a leak between samples and no opening of the surface
-# (LEAK local spacings at most), or when it is deeper by SURE; a closed surface has this SHARE of its samples on such voids.
+# (LEAK local spacings at most), or when it is deeper by SURE; a closed surface has more than this SHARE of its samples on such
+# voids, and less at facets wider than OPEN_GATE.
 DEEPER, LEAK, SURE = np.float32(1.2), np.float32(5), np.float32(2)
 SHARE = 1 / 8
 # The facet opposite corner k of a positive cell, counter-clockwise seen from outside the cell.
@@ -73,7 +75,8 @@ def label_surface(triangulation: RegularTriangulation, spacing: NDArray[np.float
         Local distance between samples.
     kind : {"auto", "closed", "open"}
         Closed: the boundary of a solid, leaks closed by the smallest facets. Open: sheets with a boundary. Auto: closed
-        when an eighth of the samples lie on voids that stand (see `DEEPER`, `LEAK`, `SURE`).
+        when more than an eighth of the samples lie on voids that stand (see `DEEPER`, `LEAK`, `SURE`), and no more than that
+        at walls that are wider than facets of a sheet.
 
     Returns
     -------
@@ -105,12 +108,15 @@ def label_surface(triangulation: RegularTriangulation, spacing: NDArray[np.float
     if kind == "open":
         return evidence.open("asked for", 1.0)
     if kind == "closed":
-        return evidence.closed("asked for", 1.0)
+        return evidence.closed("asked for", 1.0)[0]
     share = evidence.share_on_voids()
-    confidence = min(abs(np.log2(max(share, SHARE**2) / SHARE) / np.log2(SHARE)), 1.0)
-    if share > SHARE:
-        return evidence.closed(f"{share:.1%} of the samples lie on voids that stand", float(confidence))
-    return evidence.open(f"only {share:.1%} of the samples lie on voids that stand", float(confidence))
+    confidence = float(min(abs(np.log2(max(share, SHARE**2) / SHARE) / np.log2(SHARE)), 1.0))
+    if share <= SHARE:
+        return evidence.open(f"only {share:.1%} of the samples lie on voids that stand", confidence)
+    found, walled = evidence.closed(f"{share:.1%} of the samples lie on voids that stand", confidence)
+    if walled <= SHARE:
+        return found
+    return evidence.open(f"{walled:.1%} of the samples would lie at walls wider than a sheet's facets", confidence)
 
 
 def alpha_shape(points: ArrayLike, radius: float) -> Mesh:
@@ -252,22 +258,17 @@ class _Evidence:
         cell, corner = np.nonzero(facet)
         return cell, corner
 
-    def closed(self, reason: str, confidence: float) -> Surface:
-        """All facets between inside and outside."""
+    def closed(self, reason: str, confidence: float) -> tuple[Surface, float]:
+        """All facets between inside and outside; and the share of samples at those too wide for a sheet."""
         sides, passed = self.closed_sides()
         excess = self.repair(sides, np.inf)
         cell, corner = self.between(sides)
         faces = np.take_along_axis(self.cells[cell], OUTWARD[corner], axis=1)
-        return Surface(
-            faces,
-            self.leak[cell, corner],
-            "closed",
-            confidence,
-            reason,
-            int((excess < 0).sum()),
-            int((excess > 0).sum()),
-            passed,
-        )
+        buried, pinched = int((excess < 0).sum()), int((excess > 0).sum())
+        bridged = self.leak[cell, corner]
+        walls = faces[self.gate[cell, corner] > OPEN_GATE]
+        share = len(np.unique(walls)) / len(np.unique(faces))
+        return Surface(faces, bridged, "closed", confidence, reason, buried, pinched, passed), share
 
     def open(self, reason: str, confidence: float) -> Surface:
         """The facets between one hand and the other that are no wider than a sheet's."""

@@ -46,6 +46,14 @@ def test_open_sheets_keep_their_boundary_and_every_sample(name, noise):
     assert t.oriented == t.orientable == (name != "mobius_band")
     assert (t.euler, t.boundary_loops, t.components) == (truth.euler, truth.boundary_loops, 1)
     assert result.report["mesh"]["share_of_points_used"] == 1
+    recon.certify(result)
+
+
+def test_voids_between_the_turns_of_a_roll_do_not_close_it():
+    result = recon.reconstruct(datasets_synthetic.surface("swiss_roll").sample(1500, rng=0).points)
+    assert result.surface == "open" and "walls" in result.report["surface"]["because"]
+    t = topology(result.mesh.faces)
+    assert (t.euler, t.boundary_loops) == (1, 1)
 
 
 @pytest.mark.parametrize("ratio", [1, 10, 50])

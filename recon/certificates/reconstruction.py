@@ -22,7 +22,7 @@ def certify_reconstruction(result: Reconstruction) -> None:
 
     The triangulation is R(S) of the weights. Every vertex of the mesh is the input point it names, every face a simplex of R
     (so the mesh is embedded, which is checked as well). It is closed or open as it says, oriented, the outside in front
-    where closed; manifold where the report counts nothing that is not. The counts of the report are those of the mesh. A
+    where closed; oriented where the report says so; manifold where it counts nothing that is not. The counts of the report are those of the mesh. A
     literal boundary is that of the complex, which is then checked as well.
 
     Parameters
@@ -54,7 +54,7 @@ def certify_reconstruction(result: Reconstruction) -> None:
         mesh,
         closed={"closed": True, "open": False, "planar": False, "complex": None}[kind],
         manifold=counts["nonmanifold_edges"] == counts["nonmanifold_vertices"] == 0,
-        oriented=kind != "complex",
+        oriented=kind == "closed" or (kind != "complex" and told["oriented"]),
         points=triangulation.points,
     )
 
