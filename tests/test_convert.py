@@ -117,3 +117,11 @@ def test_colours_that_are_none_are_refused():
     triangle = recon.Mesh.from_arrays(np.eye(3), [[0, 1, 2]], None, {"colors": np.zeros(3)})
     with pytest.raises(recon.InvalidInput, match="colors"):
         convert.to_trimesh(triangle)
+
+
+@pytest.mark.parametrize("library, options", [("open3d", {"tensor": True}), ("pymeshlab", {})])
+def test_words_are_refused_where_only_numbers_fit(library, options):
+    pytest.importorskip(library)
+    triangle = recon.Mesh.from_arrays(np.eye(3), [[0, 1, 2]], None, {"name": ["a", "b", "c"]})
+    with pytest.raises(recon.InvalidInput, match=r"attribute 'name': .* holds numbers"):
+        getattr(triangle, f"to_{library}")(**options)

@@ -249,6 +249,20 @@ def test_meshlab_runs_the_stock_part_of_what_we_write(tmp_path):
     assert by_meshlab.current_mesh().face_number() == meshes.current_mesh().face_number()
 
 
+def test_names_of_files_survive_meshlabs_own_reader(tmp_path):
+    made = stage.FilterScript(
+        [
+            ("Set Texture", {"textName": "t.png", "use_dummy_texture": True}),
+            ("NXS Build", {"input_file": "a.ply", "output_file": "b.nxs"}),
+        ]
+    )
+    made.write(tmp_path / "ours.mlx")
+    meshes = layers(sphere(50))
+    meshes.load_filter_script(str(tmp_path / "ours.mlx"))
+    meshes.save_filter_script(str(tmp_path / "theirs.mlx"))
+    assert stage.FilterScript.read(tmp_path / "theirs.mlx").filters == made.filters
+
+
 def test_the_sample_script_of_pymeshlab_reads():
     from pathlib import Path
 

@@ -187,6 +187,8 @@ def to_pymeshlab(mesh: Mesh) -> Any:
     if not np.array_equal(mesh.vertex_source, np.arange(len(mesh.vertices))):
         custom["vertex_source"] = mesh.vertex_source
     for name, values in custom.items():
+        if values.dtype.kind not in "fiub":
+            raise InvalidInput(f"attribute {name!r}: MeshLab holds numbers, got {values.dtype}")
         if values.size == len(mesh.vertices):
             made.add_vertex_custom_scalar_attribute(values.reshape(-1).astype(np.float64), name)
         elif values.shape == (len(mesh.vertices), 3):

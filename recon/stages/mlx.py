@@ -36,6 +36,7 @@ PARAMETERS: dict[str, tuple[str | list[str], Any]] = {
     "threads": ("RichInt", 0),
 }
 _VECTORS = {"RichPosition": "xyz", "RichDirection": "xyz", "RichColor": "rgba"}
+_TEXTS = ("RichString", "RichOpenFile", "RichSaveFile")
 _MATRIX = [f"val{i}" for i in range(16)]
 
 
@@ -210,7 +211,7 @@ def _text_value(kind: str, attributes: Mapping[str, str], where: str) -> Any:
             return {"true": True, "false": False}[text]
         if kind in ("RichInt", "RichMesh", "RichEnum"):
             return int(text)
-        return text if kind == "RichString" else float(text)
+        return text if kind in _TEXTS else float(text)
     except KeyError as error:
         raise InvalidInput(f"{where}: no {kind}: {error.args[0]!r} in {dict(attributes)}") from error
     except ValueError as error:
@@ -231,7 +232,7 @@ def _value(kind: str | list[str], value: Any, where: str) -> Any:
         return int(value)
     if kind in ("RichFloat", "RichDynamicFloat", "RichAbsPerc") and _is_number(value):
         return float(value)
-    if kind == "RichString" and isinstance(value, str):
+    if kind in _TEXTS and isinstance(value, str):
         return value
     if kind == "RichAbsPerc" and isinstance(value, str) and value.endswith("%"):
         percentage(value, where)
@@ -288,10 +289,14 @@ def _attributes(kind: str | list[str], value: Any, diagonal: float | None, where
         value = percentage(value, where) / 100 * diagonal
     if kind == "RichBool":
         return {**written, "value": "true" if value else "false"}
+    if kind == "RichOpenFile":  # without its extensions MeshLab skips it
+        written.update(exts_cardinality="1", ext_val0="*")
+    if kind == "RichSaveFile":
+        written.update(ext="*")
     if kind in ("RichAbsPerc", "RichDynamicFloat"):  # without a range MeshLab skips them
         limit = max(abs(value), diagonal or 0.0)
         written.update(min=_number(-limit if value < 0 else 0.0), max=_number(limit))
-    return {**written, "value": value if kind == "RichString" else _number(value)}
+    return {**written, "value": value if kind in _TEXTS else _number(value)}
 
 
 def _number(value: float) -> str:

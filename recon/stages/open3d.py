@@ -313,6 +313,8 @@ def _tensor_mesh(o3d: Any, mesh: Mesh, dtype: Any, device: Any) -> Any:
     made.vertex["positions"] = tensor(mesh.vertices).to(dtype)
     made.triangle["indices"] = tensor(mesh.faces.astype(np.int64))
     for name, values in mesh.attributes.items():
+        if values.dtype.kind not in "fiub":
+            raise InvalidInput(f"attribute {name!r}: Open3D holds numbers, got {values.dtype}")
         made.vertex[name] = tensor(values)
     made.vertex["vertex_source"] = tensor(mesh.vertex_source[:, None])
     return made
