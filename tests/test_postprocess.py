@@ -7,6 +7,7 @@ import datasets_synthetic
 import recon
 from recon.intersections import intersecting_faces
 from recon.postprocess import fill_holes, flip_edges, remesh, remove_islands, transfer, with_normals
+from recon.postprocess.embedding import give_way
 from recon.topology import topology
 
 TETRAHEDRON = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
@@ -187,3 +188,21 @@ def test_flips_move_no_vertex():
     np.testing.assert_array_equal(flipped.attributes["id"], np.arange(300))
     one, two = topology(mesh.faces), topology(flipped.faces)
     assert (one.euler, one.faces, one.open_edges) == (two.euler, two.faces, two.open_edges)
+
+
+# --- embedding -----------------------------------------------------------------------------------------------------
+
+
+def test_vertices_give_way_where_faces_would_meet_and_nowhere_else():
+    sheet = disk(3)
+    both = joined(sheet, recon.Mesh.from_arrays(sheet.vertices + [0, 0, 1], sheet.faces))
+    before, n = both.vertices, len(sheet.vertices)
+    after = before + [0, 0, 0.1]
+    middle = int(np.argmin(np.linalg.norm(sheet.vertices, axis=1)))
+    after[middle] += [0, 0, 2]  # through the upper sheet
+    assert len(intersecting_faces(after, both.faces))
+    moved = give_way(both, before, after)
+    assert len(intersecting_faces(moved, both.faces)) == 0
+    stayed = (moved == before).all(axis=1)
+    assert stayed[middle] and (stayed | (moved == after).all(axis=1)).all() and stayed.sum() < n
+    np.testing.assert_array_equal(give_way(both, after, after), after)  # what met before may go on
