@@ -138,18 +138,28 @@ def alpha_shape(points: ArrayLike, radius: float) -> Mesh:
     ------
     InvalidInput
         Malformed points, or a radius that is negative or NaN.
+    DegenerateInput
+        All points on a line or in one spot. Points in one plane give the triangles of their alpha complex.
 
     Examples
     --------
     >>> alpha_shape([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], radius=2.0)
     Mesh(4 vertices, 4 faces)
     """
-    from .alpha import alpha_complex
+    from .alpha import EXTERIOR, alpha_complex
 
     located = as_points(points, 3)
-    if not radius >= 0:
-        raise InvalidInput(f"radius: expected a non-negative length, got {radius}")
-    boundary = alpha_complex(located).boundary(float(radius) ** 2)
+    if not isinstance(radius, (int, float, np.number)) or not radius >= 0:
+        raise InvalidInput(f"radius: expected a non-negative length, got {radius!r}")
+    alpha = min(float(radius), 1e154) ** 2  # beyond, all of R in any case
+    whole = alpha_complex(located)
+    if whole.dimension < 2:
+        where = ("in one spot", "on a line")[whole.dimension]
+        raise DegenerateInput(f"points: all lie {where}; a surface needs points that span a plane or more")
+    if whole.dimension == 2:
+        faces = whole.simplices(2)[whole.classify(2, alpha) != EXTERIOR].astype(np.int64)
+        return compact_mesh(located, _turned(located, faces))
+    boundary = whole.boundary(alpha)
     faces = boundary.facets.astype(np.int64)
     faces[boundary.singular] = _turned(located, faces[boundary.singular])
     return compact_mesh(located, faces)

@@ -142,3 +142,22 @@ def test_bridged_facets_are_those_of_positive_size():
     member = {tuple(facet) for facet in complex_.simplices(2)[in_w0]}
     for facet, bridged in zip(np.sort(found.faces, axis=1), found.bridged):
         assert (tuple(facet) in member) != bridged
+
+
+def test_alpha_shapes_of_planar_points_are_their_triangles():
+    square = [[0, 0, 5], [1, 0, 5], [0, 1, 5], [1, 1, 5], [9, 9, 5]]
+    mesh = recon.alpha_shape(square, radius=0.75)
+    assert len(mesh.faces) == 2 and sorted(mesh.vertex_source) == [0, 1, 2, 3]
+    assert len(recon.alpha_shape(square, radius=1e200).faces) == len(recon.regular_triangulation(square).cells)
+    assert len(recon.alpha_shape(square, radius=0.1).faces) == 0
+
+
+@pytest.mark.parametrize("radius", ["a", -1.0, float("nan"), None])
+def test_alpha_shapes_refuse_what_is_no_radius(radius):
+    with pytest.raises(recon.InvalidInput, match="radius"):
+        recon.alpha_shape(np.eye(4)[:, :3], radius=radius)
+
+
+def test_alpha_shapes_refuse_lines():
+    with pytest.raises(recon.DegenerateInput, match="line"):
+        recon.alpha_shape([[0, 0, 0], [1, 1, 1], [2, 2, 2]], radius=1.0)

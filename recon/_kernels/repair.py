@@ -375,8 +375,8 @@ def move(
             y = links[x, k]
             if y < m and mark[y] != -first and sides[y] == side:
                 if order == 0:
-                    change, turned = flip(points, spacing, around, scratch, widest, sides, y, excess)
-                    flip(points, spacing, around, scratch, widest, sides, y, excess)
+                    change, turned = flip(points, spacing, around, scratch, widest, sides, np.int64(y), excess)
+                    flip(points, spacing, around, scratch, widest, sides, np.int64(y), excess)
                     heapq.heappush(heap, (change - TOPOLOGY * turned / 2, np.int64(y)))
                 elif mark[y] != first:
                     mark[y] = first
