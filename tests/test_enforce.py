@@ -181,6 +181,15 @@ def test_four_dimensions_serve_as_well():
     assert edge in {tuple(e) for e in recon.alpha_complex(points, found).simplices(1).tolist()}
 
 
+def test_among_hundreds_of_crossing_edges_a_few_are_named_soon():
+    rng = np.random.default_rng(3)
+    points, edges = rng.uniform(size=(400, 2)), rng.integers(0, 400, (300, 2))
+    with pytest.raises(weighting.NotRegular) as caught:
+        weighting.enforce(points, None, edges[edges[:, 0] != edges[:, 1]])
+    assert contradicts(points, caught.value.contradiction)
+    assert len(caught.value.contradiction.simplices) < 10
+
+
 def test_a_triangulation_of_a_thousand_points_is_got_back_from_its_cells_alone():
     rng = np.random.default_rng(1)
     points, weights = rng.uniform(size=(1000, 2)), rng.uniform(0, 1e-3, 1000)

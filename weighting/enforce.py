@@ -25,6 +25,7 @@ MARGINS = (
     1.0,
 )  # by which conditions are to hold, in squared lengths of what they are about: first that does
 INSIDE = 2.0**-7  # the size of a simplex of K_0 is to be below 0 by this, in squared distances to the nearest point
+FEW = 16  # simplices that are tried first, then 4 times as many, and so on
 MOST = 8  # conditions that a simplex gets in a round
 DEPENDENT = 1e-9  # relative singular value from which vertices are certainly independent
 ZERO = 1e-9  # multipliers that count as nothing
@@ -96,6 +97,10 @@ outside of a common face; leave one of them out
         return w.copy()
     exponent = int(np.frexp(np.ptp(located, axis=0).max())[1])  # lengths near 1: squares stay in range
     scaled = np.ldexp(located, -exponent), np.ldexp(w, -2 * exponent)
+    count = FEW
+    while count < len(asked):  # where many simplices contradict each other, few of them show it, and much sooner
+        _Program(*scaled, asked[:count], "R", MARGINS[0]).solve()
+        count *= 4
     for margin in MARGINS:
         found = _Program(*scaled, asked, where, margin).solve()
         if found is not None:
