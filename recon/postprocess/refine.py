@@ -140,8 +140,8 @@ def _bulge(state: _State, ends: NDArray[np.int64], chord: NDArray[np.float64]) -
         said.append((height * np.maximum(1.0 - known, 0.0))[:, None] * normal)
     one, two = said
     size_one, size_two = (np.linalg.norm(s, axis=1, keepdims=True) for s in said)
-    agree = (one * two).sum(axis=1, keepdims=True) > 0
-    return np.divide(one * size_two + two * size_one, size_one + size_two, out=np.zeros_like(one), where=agree)
+    both = size_one + size_two  # two that point apart cancel out
+    return np.divide(one * size_two + two * size_one, both, out=np.zeros_like(one), where=both > 0)
 
 
 def _split(faces: NDArray[np.int64], middle: NDArray[np.int64], points: NDArray[np.float64]) -> NDArray[np.int64]:
