@@ -26,7 +26,10 @@ Examples:
 
 "-" is standard input or output. Exit codes: 0 done, 2 bad input or usage, 3 input without an answer, 4 an optional
 package is missing, 5 an asked-for guarantee does not hold, 1 a bug, 130 interrupted.
-Completion for bash: eval "$(_RECON_COMPLETE=bash_source recon)"; zsh and fish likewise.
+
+\b
+Completion of commands, options and names, for bash (zsh_source and fish_source likewise):
+  eval "$(_RECON_COMPLETE=bash_source recon)"
 """
 
 
