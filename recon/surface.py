@@ -193,13 +193,20 @@ def compact_mesh(points: NDArray[np.float64], faces: NDArray, attributes: dict[s
 
 
 class _Evidence:
-    """Nodes (cells and ghosts), gates and poles of one triangulation, shared by the closed and the open reading."""
+    """Nodes (cells and ghosts), gates and poles of one triangulation, shared by the closed and the open reading.
+
+    Points are numbered along a curve through space, so that what is near in space is near in memory; `order` gives their rows.
+    """
 
     def __init__(self, triangulation: RegularTriangulation, spacing: NDArray[np.float64]):
-        from ._kernels import sides  # numba takes a while to load
+        from ._kernels import sides, spatial_sort  # numba takes a while to load
 
-        self.points, self.weights, self.spacing = triangulation.points, triangulation.weights, spacing
-        self.cells = triangulation.cells
+        self.order = order = spatial_sort.hilbert_order(triangulation.points)
+        rank = np.empty(len(order), np.int32)
+        rank[order] = np.arange(len(order), dtype=np.int32)
+        self.points, self.weights = triangulation.points[order], triangulation.weights[order]
+        self.spacing = spacing = spacing[order]
+        self.cells = rank[triangulation.cells]
         self.nodes, self.links = sides.close_hull(self.cells, triangulation.neighbors, len(self.points))
         centers, rho, depth = sides.spheres(self.points, self.weights, spacing, self.cells)
         m = len(self.cells)
@@ -277,8 +284,12 @@ class _Evidence:
         buried, pinched = int((excess < 0).sum()), int((excess > 0).sum())
         bridged = self.leak[cell, corner]
         walls = faces[self.gate[cell, corner] > OPEN_GATE]
-        share = len(np.unique(walls)) / len(np.unique(faces))
-        return Surface(faces, bridged, "closed", confidence, reason, buried, pinched, passed), share
+        share = len(np.unique(walls)) / max(1, len(np.unique(faces)))
+        return Surface(self.rows(faces), bridged, "closed", confidence, reason, buried, pinched, passed), share
+
+    def rows(self, faces: NDArray[np.int32]) -> NDArray[np.int32]:
+        """Faces in rows of the input."""
+        return self.order[faces].astype(np.int32)
 
     def open(self, reason: str, confidence: float) -> Surface:
         """The facets between one hand and the other that are no wider than a sheet's."""
@@ -296,7 +307,7 @@ class _Evidence:
         buried = int((vertices & ~used).sum())
         kind = "closed" if topology(faces).closed else "open"
         bridged = self.leak[cell, corner]
-        return Surface(faces, bridged, kind, confidence, reason, buried, int((excess > 0).sum()), passed)
+        return Surface(self.rows(faces), bridged, kind, confidence, reason, buried, int((excess > 0).sum()), passed)
 
 
 def _planar(triangulation: RegularTriangulation, spacing: NDArray[np.float64]) -> Surface:
