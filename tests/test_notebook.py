@@ -50,7 +50,7 @@ def test_a_notebook_shows_a_picture_and_figures_and_runs_nothing(result):
         assert set(tags.names) == {"div", "img", "table", "tr", "td"}
         assert "a<b" in tags.text and all(any(word in text for text in tags.text) for word in words)
         assert "http" not in markup and len(markup) < 100_000
-        picture = base64.b64decode(re.search("base64,([^\"]*)", markup)[1])
+        picture = base64.b64decode(re.search('base64,([^"]*)', markup)[1])
         assert picture.startswith(b"\x89PNG")
 
 

@@ -135,5 +135,5 @@ def test_unknown_options_are_refused(torus, options, message):
 
 
 def test_an_empty_complex_says_why_and_what_would_help(torus):
-    with pytest.raises(recon.DegenerateInput, match="the first one appears at .*; useful are .* to .*, say "):
+    with pytest.raises(recon.DegenerateInput, match=r"the first one appears at .*; useful are .* to .*, say "):
         recon.reconstruct(torus, np.full(len(torus), -1.0), surface="complex")
