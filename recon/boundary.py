@@ -89,14 +89,10 @@ def _boundary_alone(family: Family, alpha: float) -> Boundary:
     singular = _singular(family, singular, alpha)
 
     found = np.concatenate([regular, singular])
-    starts, none = np.empty(len(points) + 2, np.int64), np.empty((0, len(found)))
-    buckets, level = (
-        (np.empty((len(found), 3), np.int32), np.empty(len(found), np.int32), np.empty(len(found), np.uint8))
-        for _ in range(2)
-    )
-    kernels.bucket_facets(cells, found, starts, *buckets)
-    levels.lay_out(np.arange(len(points)), starts[:-1], *buckets, none, starts[:-1].copy(), *level, none)
-    facets, position, inward = level
+    starts, facets = np.empty(len(points) + 2, np.int64), np.empty((len(found), 3), np.int32)
+    position, inward = np.empty(len(found), np.int32), np.empty(len(found), np.uint8)
+    kernels.bucket_facets(cells, found, starts, facets, position, inward)
+    levels.sort_buckets(starts[:-1], facets, position, inward, np.empty((0, len(found))))
     is_singular = position >= len(regular)
     turn = (inward == 1) & ~is_singular
     facets[turn, 1:] = facets[turn, :0:-1]

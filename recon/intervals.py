@@ -16,7 +16,6 @@ from ._kernels import alpha as kernels
 from ._kernels import voids
 from ._kernels.alpha import ATTACHED, HULL
 from ._kernels.sizes import settle
-from ._kernels.spatial_sort import hilbert_order
 from .contracts import InvalidInput
 from .regular import RegularTriangulation
 
@@ -75,8 +74,6 @@ class Family:
         self._levels: dict[int, Level] = {}
         self._cells: tuple[NDArray[np.float64], NDArray[np.uint8]] | None = None
         self._scaled: tuple[NDArray[np.float64], int, bool] | None = None
-        self._curve: tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.int32]] | None = None
-        self._triangles_of_edges: tuple[NDArray, ...] = ()  # level 2 by rank, kept until the edges are made of it
 
     @property
     def by_kernels(self) -> bool:
@@ -157,57 +154,53 @@ class Family:
         return self._cells
 
     def _tetrahedra(self) -> Level:
-        cells, ranked = self.triangulation.cells, self._along_curve()[2]
-        runs, *level = self._arrays(len(cells), 4, 1)
-        rows, owner, _, reals = level
-        kernels.count_cells(cells, ranked, runs)
-        kernels.runs_of_tetrahedra(cells, ranked, self._measured_cells()[0], runs, rows, owner, reals)
-        starts, rows, owner, code, (rho,) = self._laid_out(runs, *level)
-        return Level(rows, starts, rho, rho, rho, code, owner)
+        cells = self.triangulation.cells
+        starts, rows, owner, code, reals = self._arrays(len(cells), 4, 1)
+        kernels.count_cells(cells, starts)
+        kernels.bucket_cells(cells, self._measured_cells()[0], starts, rows, owner, reals)
+        kernels.sort_buckets(starts, rows, owner, code, reals)
+        return Level(rows, starts, reals[0], reals[0], reals[0], code, owner)
 
     def _facets(self) -> Level:
         cells, neighbors = self.triangulation.cells, self.triangulation.neighbors
-        _, points, ranked = self._along_curve()
+        points, exponent, integral = self.scaled
+        measured = self._measured_cells()
         count = int(neighbors.size + np.count_nonzero(neighbors < 0)) // 2
-        runs, *level = self._arrays(count, 3, 3)
-        kernels.count_facets(cells, ranked, neighbors, runs)
-        integral, measured = self.scaled[2], self._measured_cells()
-        kernels.facets_of_tetrahedra(points, integral, cells, ranked, neighbors, *measured, runs, *level)
-        self._settle(*level)
-        self._triangles_of_edges = runs, *level
-        starts, rows, owner, code, (rho, lower, upper) = self._laid_out(runs, *level)
-        return Level(rows, starts, rho, lower, upper, code, owner)
+        starts, rows, owner, code, reals = self._arrays(count, 3, 3)
+        kernels.count_facets(cells, neighbors, starts)
+        kernels.facets_of_tetrahedra(points, integral, cells, neighbors, *measured, starts, rows, owner, code, reals)
+        kernels.sort_buckets(starts, rows, owner, code, reals)
+        rho, lower, upper = reals
+        settle(points, integral, rows, rho, code)
+        return Level(rows, starts, _unscaled(rho, exponent), lower, upper, code, owner)
 
     def _triangles(self) -> Level:
         cells, neighbors = self.triangulation.cells, self.triangulation.neighbors
-        _, points, ranked = self._along_curve()
-        runs, *level = self._arrays(len(cells), 3, 1)
-        kernels.count_cells(cells, ranked, runs)
-        kernels.runs_of_triangles(points, self.scaled[2], cells, ranked, neighbors, runs, *level)
-        self._settle(*level)
-        self._triangles_of_edges = runs, *level
-        starts, rows, owner, code, (rho,) = self._laid_out(runs, *level)
+        points, exponent, integral = self.scaled
+        starts, rows, owner, code, reals = self._arrays(len(cells), 3, 1)
+        kernels.count_cells(cells, starts)
+        kernels.measure_triangles(points, integral, cells, neighbors, starts, rows, owner, code, reals)
+        kernels.sort_buckets(starts, rows, owner, code, reals)
+        settle(points, integral, rows, reals[0], code)
+        rho = _unscaled(reals[0], exponent)
         return Level(rows, starts, rho, rho, rho, code, owner)
 
     def _edges(self) -> Level:
-        triangulation = self.triangulation
-        self.level(2)
-        above, rows, _, bits, sizes = self._triangles_of_edges
+        triangulation, faces = self.triangulation, self.level(2)
+        points, exponent, integral = self.scaled
         n = len(triangulation.points)
         # Euler: R triangulates a ball, so that vertices - edges + triangles - tetrahedra = 1.
         cells = len(triangulation.cells) if triangulation.dimension == 3 else 0
-        count = n - len(triangulation.hidden) + len(rows) - cells - 1
-        runs, *level = self._arrays(count, 2, 3)
-        scratch = np.empty(n + 2, np.int64), np.empty((len(rows), 3))
-        triangles = rows, above, sizes[0], sizes[len(sizes) // 3], sizes[-1], bits
-        points, integral = self._along_curve()[1], self.scaled[2]
-        if kernels.edges_of_triangles(points, integral, *triangles, *scratch, level[0], runs, *level[2:]):
+        count = n - len(triangulation.hidden) + len(faces.rho) - cells - 1
+        starts, rows, _, code, reals = self._arrays(count, 2, 3)
+        scratch = np.empty(n + 2, np.int64), np.empty((len(faces.rho), 3))
+        level = faces.simplices, faces.starts, faces.rho, faces.mu_lower, faces.mu_upper, faces.code
+        status = kernels.edges_of_triangles(points, integral, *level, *scratch, rows, starts, code, reals)
+        if status:
             raise InvalidInput("triangulation: not of a ball, as its Euler characteristic is not 1")
-        del scratch, triangles, rows, bits, sizes
-        self._triangles_of_edges = ()
-        self._settle(*level)
-        starts, rows, _, code, (rho, lower, upper) = self._laid_out(runs, *level)
-        return Level(rows, starts, rho, lower, upper, code)
+        rho, lower, upper = reals
+        settle(points, integral, rows, rho, code)
+        return Level(rows, starts, _unscaled(rho, exponent), lower, upper, code)
 
     def _vertices(self) -> Level:
         edges, weights = self.level(1), self.triangulation.weights
@@ -220,33 +213,9 @@ class Family:
         starts = np.concatenate([[0], np.cumsum(there)])
         return Level(rows, starts, 0.0 - weights[there], lower, upper, code)
 
-    def _along_curve(self) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.int32]]:
-        """Points in their order along a curve through space, their scaled rows in that order, cells by rank in it."""
-        if self._curve is None:
-            order = hilbert_order(np.ascontiguousarray(self.scaled[0][:, :3]))
-            rank = np.empty(len(order), np.int32)
-            rank[order] = np.arange(len(order), dtype=np.int32)
-            self._curve = order, self.scaled[0][order], rank[self.triangulation.cells]
-        return self._curve
-
-    def _settle(self, rows: NDArray, owner: NDArray, code: NDArray, reals: NDArray) -> None:
-        """Settle, in place, simplices by rank that the floats left open; sizes get the units of the input."""
-        points, exponent, integral = self.scaled
-        full = (1 << rows.shape[1]) - 1
-        unsettled = np.flatnonzero(code & full == full)
-        rho, bits = reals[0, unsettled], code[unsettled]
-        settle(points, integral, self._along_curve()[0][rows[unsettled]].astype(np.int32), rho, bits)
-        reals[0, unsettled], code[unsettled] = rho, bits
-        if exponent:
-            np.ldexp(reals[0], 2 * exponent, out=reals[0])
-
-    def _laid_out(self, runs: NDArray, *level: NDArray) -> tuple[NDArray, ...]:
-        """Starts, rows, owner, code and reals of a level, from runs by rank."""
-        laid_out = self._arrays(len(level[0]), level[0].shape[1], len(level[-1]))
-        kernels.lay_out(self._along_curve()[0], runs, *level, *laid_out)
-        return laid_out
-
-    def _arrays(self, count: int, width: int, reals: int) -> tuple[NDArray, NDArray, NDArray, NDArray, NDArray]:
+    def _arrays(
+        self, count: int, width: int, reals: int
+    ) -> tuple[NDArray[np.int64], NDArray[np.int32], NDArray[np.int32], NDArray[np.uint8], NDArray[np.float64]]:
         """Room for a level: starts, rows, owner, code (all zero), and that many arrays of reals.
 
         From numpy, which asks for huge pages: arrays that the kernels make cost a page fault every 4 kB.

@@ -3,10 +3,6 @@
 One level a dimension. A level is `rows` (s, k+1) int32 ascending in a row; `rho`, `lower`, `upper` (s,) float64; `code`
 (s,) uint8: bit j set where the barycentric coordinate of the orthocentre at vertex j is negative, that is where the
 facet opposite j is attached; bit 3 + j of a triangle where its edge opposite j is on the hull; ATTACHED; HULL.
-
-Levels are made with vertices numbered by rank along a curve through space, in runs of the same first vertex (`runs`
-(n+1,), by rank): what is near in space is near in memory, or else every access would miss the cache. Which vertex of a
-simplex is first, second, .. is up to the input rows all the same. `lay_out` brings a level into lexicographic order.
 """
 
 from __future__ import annotations
@@ -51,25 +47,25 @@ def measure_tetrahedra(scaled, integral, cells, rho, conflict):
 
 
 @kernel
-def count_facets(cells, ranked, neighbors, runs):
-    """Fill in (n+1,) where the runs of facets start, by rank of the first vertex."""
-    runs[:] = 0
+def count_facets(cells, neighbors, starts):
+    """Fill in (n+1,) where the facets of each first vertex start, in a level of triangles."""
+    starts[:] = 0
     for i in range(len(cells)):
         a, b, c, d = _sorted_slots(cells, i)
         for j in range(4):
             slot = (a if j == 0 else (b if j == 1 else (c if j == 2 else d))) & 3
             if not 0 <= neighbors[i, slot] < i:
-                runs[ranked[i, (b if j == 0 else a) & 3] + 1] += 1
-    for v in range(len(runs) - 1):
-        runs[v + 1] += runs[v]
+                starts[((b if j == 0 else a) >> 2) + 1] += 1
+    for v in range(len(starts) - 1):
+        starts[v + 1] += starts[v]
 
 
 @kernel
-def facets_of_tetrahedra(
-    scaled, integral, cells, ranked, neighbors, cell_rho, conflict, runs, rows, owner, code, reals
-):
-    """Fill in facets, run by run: vertices by rank, in the order of the input; 4 cell + slot opposite, code; rho, lower, upper."""
-    place = runs[:-1].copy()
+def facets_of_tetrahedra(scaled, integral, cells, neighbors, cell_rho, conflict, starts, rows, owner, code, reals):
+    """Fill in facets, bucket by bucket of first vertex: vertices, 4 cell + slot opposite, code; rho, lower, upper."""
+    place = np.empty(len(starts) - 1, np.int64)
+    for v in range(len(place)):
+        place[v] = starts[v]
     for i in range(len(cells)):
         a, b, c, d = _sorted_slots(cells, i)
         for j in range(4):
@@ -77,11 +73,7 @@ def facets_of_tetrahedra(
             other = np.int64(neighbors[i, slot])
             if 0 <= other < i:
                 continue
-            p, q, r = (
-                ranked[i, (b if j == 0 else a) & 3],
-                ranked[i, (b if j > 1 else c) & 3],
-                ranked[i, (c if j > 2 else d) & 3],
-            )
+            p, q, r = (b if j == 0 else a) >> 2, (b if j > 1 else c) >> 2, (c if j > 2 else d) >> 2
             rho, signs = triangle(
                 scaled[p, 0], scaled[p, 1], scaled[p, 2], scaled[p, 3], scaled[q, 0], scaled[q, 1], scaled[q, 2],
                 scaled[q, 3], scaled[r, 0], scaled[r, 1], scaled[r, 2], scaled[r, 3], integral,
@@ -103,43 +95,85 @@ def facets_of_tetrahedra(
 
 
 @kernel
-def count_cells(cells, ranked, runs):
-    """Fill in (n+1,) where the runs of cells start, by rank of the first vertex."""
-    runs[:] = 0
+def count_cells(cells, starts):
+    """Fill in (n+1,) where the simplices of each first vertex start, in a level of cells."""
+    starts[:] = 0
     for i in range(len(cells)):
-        first = 0
+        first = cells[i, 0]
         for s in range(1, cells.shape[1]):
-            if cells[i, s] < cells[i, first]:
-                first = s
-        runs[ranked[i, first] + 1] += 1
-    for v in range(len(runs) - 1):
-        runs[v + 1] += runs[v]
+            first = min(first, cells[i, s])
+        starts[first + 1] += 1
+    for v in range(len(starts) - 1):
+        starts[v + 1] += starts[v]
 
 
 @kernel
-def runs_of_tetrahedra(cells, ranked, cell_rho, runs, rows, owner, reals):
-    """Fill in tetrahedra that are cells, run by run: vertices by rank, the cell; its size."""
-    place = runs[:-1].copy()
+def bucket_cells(cells, cell_rho, starts, rows, owner, reals):
+    """Fill in tetrahedra that are cells, bucket by bucket of first vertex: vertices, the cell; its size."""
+    place = np.empty(len(starts) - 1, np.int64)
+    for v in range(len(place)):
+        place[v] = starts[v]
     for i in range(len(cells)):
         a, b, c, d = _sorted_slots(cells, i)
-        p = ranked[i, a & 3]
-        f = place[p]
-        place[p] += 1
-        rows[f, 0], rows[f, 1], rows[f, 2], rows[f, 3] = p, ranked[i, b & 3], ranked[i, c & 3], ranked[i, d & 3]
-        owner[f], reals[0, f] = i, cell_rho[i]
+        f = place[a >> 2]
+        place[a >> 2] += 1
+        rows[f, 0], rows[f, 1], rows[f, 2], rows[f, 3], owner[f] = a >> 2, b >> 2, c >> 2, d >> 2, i
+        reals[0, f] = cell_rho[i]
 
 
 @kernel
-def runs_of_triangles(scaled, integral, cells, ranked, neighbors, runs, rows, owner, code, reals):
-    """Fill in triangles that are cells, run by run: vertices by rank, the cell, code; size."""
-    place = runs[:-1].copy()
+def sort_buckets(starts, rows, owner, code, reals):
+    """Make rows lexicographic within each bucket of first vertex, in place, and take what else a simplex has along."""
+    width = rows.shape[1]
+    longest = 0
+    for v in range(len(starts) - 1):
+        longest = max(longest, starts[v + 1] - starts[v])
+    major, minor, index = np.empty(longest, np.int64), np.empty(longest, np.int64), np.empty(longest, np.int64)
+    number, real = np.empty(longest, np.int64), np.empty(longest)
+    for v in range(len(starts) - 1):
+        start, size = starts[v], starts[v + 1] - starts[v]
+        for j in range(size):
+            index[j] = start + j
+            major[j] = np.int64(rows[start + j, 1]) << 32 | rows[start + j, 2]
+            minor[j] = rows[start + j, 3] if width > 3 else 0
+            number[j] = np.int64(owner[start + j]) << 8 | code[start + j]
+        gap = 1
+        while gap < size // 3:
+            gap = 3 * gap + 1
+        while gap > 0:  # Shell's sort: a handful of rows nearly always, millions around a hub
+            for j in range(gap, size):
+                x, y, z, k = major[j], minor[j], index[j], j
+                while k >= gap and (major[k - gap] > x or (major[k - gap] == x and minor[k - gap] > y)):
+                    major[k], minor[k], index[k] = major[k - gap], minor[k - gap], index[k - gap]
+                    k -= gap
+                major[k], minor[k], index[k] = x, y, z
+            gap //= 3
+        for j in range(size):
+            rows[start + j, 1], rows[start + j, 2] = major[j] >> 32, major[j] & 0xFFFFFFFF
+            if width > 3:
+                rows[start + j, 3] = minor[j]
+            packed = number[index[j] - start]
+            owner[start + j], code[start + j] = packed >> 8, packed & 255
+        for c in range(len(reals)):
+            for j in range(size):
+                real[j] = reals[c, index[j]]
+            for j in range(size):
+                reals[c, start + j] = real[j]
+
+
+@kernel
+def measure_triangles(scaled, integral, cells, neighbors, starts, rows, owner, code, reals):
+    """Fill in triangles that are cells, bucket by bucket of first vertex: vertices, the cell, code; size."""
+    place = np.empty(len(starts) - 1, np.int64)
+    for v in range(len(place)):
+        place[v] = starts[v]
     for i in range(len(cells)):
         a, b = np.int64(cells[i, 0]) << 2, np.int64(cells[i, 1]) << 2 | 1
         c = np.int64(cells[i, 2]) << 2 | 2
         a, b = min(a, b), max(a, b)
         b, c = min(b, c), max(b, c)
         a, b = min(a, b), max(a, b)
-        p, q, r = ranked[i, a & 3], ranked[i, b & 3], ranked[i, c & 3]
+        p, q, r = a >> 2, b >> 2, c >> 2
         rho, signs = triangle(
             scaled[p, 0], scaled[p, 1], scaled[p, 2], scaled[p, 3], scaled[q, 0], scaled[q, 1], scaled[q, 2],
             scaled[q, 3], scaled[r, 0], scaled[r, 1], scaled[r, 2], scaled[r, 3], integral,
@@ -153,20 +187,20 @@ def runs_of_triangles(scaled, integral, cells, ranked, neighbors, runs, rows, ow
 
 @kernel
 def edges_of_triangles(
-    scaled, integral, rows, runs, rho, lower, upper, code, middle, records, edges, edge_runs, edge_code, reals
+    scaled, integral, rows, starts, rho, lower, upper, code, middle, records, edges, edge_starts, edge_code, reals
 ):
-    """Fill in the edges, run by run, from the triangles; status 1 where their number does not fit.
+    """Fill in the level of edges, lexicographic, from that of triangles; status 1 where their number does not fit.
 
     Reals are rho, lower, upper. Scratch: `middle` (n+2,); `records` (s, 3), triangles by middle vertex: last vertex and
     code, entry, upper bound.
     """
-    n = len(runs) - 1
+    n = len(starts) - 1
     middle[:] = 0
     for f in range(len(rows)):
         middle[rows[f, 1] + 2] += 1
     longest = 0
     for v in range(n):
-        longest = max(longest, 2 * (runs[v + 1] - runs[v]) + middle[v + 2])
+        longest = max(longest, 2 * (starts[v + 1] - starts[v]) + middle[v + 2])
         middle[v + 2] += middle[v + 1]
     for f in range(len(rows)):
         v = rows[f, 1]
@@ -182,12 +216,12 @@ def edges_of_triangles(
     flags = np.empty(longest, np.uint8)
     e = 0
     for v in range(n):
-        edge_runs[v] = e
+        edge_starts[v] = e
         size = 0
-        own = 2 * (runs[v + 1] - runs[v])  # visits: to triangles it is first in, for both edges; then middle in
+        own = 2 * (starts[v + 1] - starts[v])  # visits: to triangles it is first in, for both edges; then middle in
         for t in range(own + middle[v + 1] - middle[v]):
             if t < own:
-                f, j = runs[v] + (t >> 1), 2 - (t & 1)
+                f, j = starts[v] + (t >> 1), 2 - (t & 1)
                 u, bits, entry, bound = np.int64(rows[f, 3 - j]), np.int64(code[f]), rho[f], upper[f]
                 if bits & ATTACHED:
                     entry = lower[f]
@@ -206,8 +240,20 @@ def edges_of_triangles(
         if e + size > len(edges):
             return 1
         for k in range(size):
+            slot[ends[k]] = -1
+        gap = 1
+        while gap < size // 3:
+            gap = 3 * gap + 1
+        while gap > 0:
+            for j in range(gap, size):
+                u, x, y, z, k = ends[j], least[j], most[j], flags[j], j
+                while k >= gap and ends[k - gap] > u:
+                    ends[k], least[k], most[k], flags[k] = ends[k - gap], least[k - gap], most[k - gap], flags[k - gap]
+                    k -= gap
+                ends[k], least[k], most[k], flags[k] = u, x, y, z
+            gap //= 3
+        for k in range(size):
             u, bits = ends[k], flags[k]
-            slot[u] = -1
             reals[0, e], signs = edge(
                 scaled[v, 0], scaled[v, 1], scaled[v, 2], scaled[v, 3],
                 scaled[u, 0], scaled[u, 1], scaled[u, 2], scaled[u, 3], integral,
@@ -216,49 +262,8 @@ def edges_of_triangles(
             reals[1, e], reals[2, e] = least[k], math.inf if bits & HULL else most[k]
             edge_code[e] = bits | (3 if signs >> 4 else signs)
             e += 1
-    edge_runs[n] = e
+    edge_starts[n] = e
     return 0 if e == len(edges) else 1
-
-
-@kernel
-def lay_out(order, runs, rows, owner, code, reals, starts, new_rows, new_owner, new_code, new_reals):
-    """From runs by rank to a level: rows of the input, lexicographic; `starts` (n+1,) gets where its runs start."""
-    n, width = len(order), rows.shape[1]
-    longest = 0
-    starts[0] = 0
-    for v in range(n):
-        starts[order[v] + 1] = runs[v + 1] - runs[v]
-        longest = max(longest, runs[v + 1] - runs[v])
-    for v in range(n):
-        starts[v + 1] += starts[v]
-    major, minor, index = np.empty(longest, np.int64), np.empty(longest, np.int64), np.empty(longest, np.int64)
-    for v in range(n):
-        first, size, start = runs[v], runs[v + 1] - runs[v], starts[order[v]]
-        for j in range(size):
-            index[j] = first + j
-            major[j] = order[rows[first + j, 1]] << 32 | (order[rows[first + j, 2]] if width > 2 else 0)
-            minor[j] = order[rows[first + j, 3]] if width > 3 else 0
-        gap = 1
-        while gap < size // 3:
-            gap = 3 * gap + 1
-        while gap > 0:  # Shell's sort: a handful of rows nearly always, millions around a hub
-            for j in range(gap, size):
-                x, y, z, k = major[j], minor[j], index[j], j
-                while k >= gap and (major[k - gap] > x or (major[k - gap] == x and minor[k - gap] > y)):
-                    major[k], minor[k], index[k] = major[k - gap], minor[k - gap], index[k - gap]
-                    k -= gap
-                major[k], minor[k], index[k] = x, y, z
-            gap //= 3
-        for j in range(size):
-            f, g = start + j, index[j]
-            new_rows[f, 0], new_rows[f, 1] = order[v], major[j] >> 32
-            if width > 2:
-                new_rows[f, 2] = major[j] & 0xFFFFFFFF
-            if width > 3:
-                new_rows[f, 3] = minor[j]
-            new_owner[f], new_code[f] = owner[g], code[g]
-            for c in range(len(reals)):
-                new_reals[c, f] = reals[c, g]
 
 
 @kernel
