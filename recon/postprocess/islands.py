@@ -55,6 +55,8 @@ def remove_islands(mesh: Mesh, standing: float = STANDING) -> tuple[Mesh, int]:
     if len(mesh.faces) == 0:
         return mesh, 0
     piece = _pieces(mesh.faces, len(mesh.vertices))
+    if not piece.any():  # one piece
+        return mesh, 0
     area, ratio = _standing(mesh, piece)
     gone = ratio < standing
     gone[np.argmax(area)] = False
