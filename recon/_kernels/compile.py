@@ -104,7 +104,7 @@ class _Announcer(event.Listener):
         if self.said or id(event.data["dispatcher"]) not in _OURS:
             return
         self.said = True
-        sys.stderr.write("recon: compiling kernels for this machine, first use only (up to half a minute) ...\n")
+        sys.stderr.write("recon: compiling kernels for this machine, first use only (up to a minute) ...\n")
         sys.stderr.flush()
 
     def on_end(self, event: event.Event) -> None:
