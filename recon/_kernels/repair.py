@@ -2,7 +2,7 @@
 
 Energy = BURIED for each sample with one side missing + PINCH for each umbrella beyond the first + TOPOLOGY for each
 component and handle + WALL * radius^2 for each surface facet (radius in local spacings, capped). A move flips a growing
-set of nodes of one side, widest gate first, and keeps the prefix of lowest energy.
+set of nodes of one side, in a stated order, and keeps the prefix of lowest energy.
 """
 
 from __future__ import annotations
@@ -12,6 +12,8 @@ import heapq
 import numpy as np
 
 from .compile import kernel
+from .components import cut_off, flood, number_components
+from .umbrellas import excesses, star_lists, umbrellas
 
 BURIED = 1.0
 PINCH = 1.0
@@ -25,187 +27,7 @@ HOPELESS = 4.0  # energy above the best at which a move is given up,
 HOPELESS_BURIED = 100.0  # and one that reaches for a buried sample or an island
 ISLAND = 2000  # nodes; larger components are bodies, and so are those with
 BODY = 0.05  # this share of all nodes
-
-
-@kernel
-def flood(links, component, x, old, new, queue):
-    """Give the component `old` around x the number `new`; returns how many nodes."""
-    queue[0] = x
-    component[x] = new
-    head, tail = 0, 1
-    while head < tail:
-        x = queue[head]
-        head += 1
-        for k in range(4):
-            y = links[x, k]
-            if component[y] == old:
-                component[y] = new
-                queue[tail] = y
-                tail += 1
-    return tail
-
-
-@kernel
-def number_components(links, sides, component, size, queue):
-    """Number the components of nodes of one side from 0; returns how many."""
-    N = len(links)
-    for x in range(N):
-        component[x] = -2 - sides[x]
-    count = 0
-    for x in range(N):
-        if component[x] < 0:
-            size[count] = flood(links, component, np.int32(x), component[x], np.int32(count), queue)
-            count += 1
-    return count
-
-
-@kernel
-def cut_off(links, component, ours, chain, length, queue, after, label, seen, stamp):
-    """Pieces that a component falls into when the chain leaves it, less one; -1 when nothing is left.
-
-    Searches from all its nodes next to the chain at once, in turn, so that the cost is that of the smaller pieces.
-    The pieces cut off are the nodes of queue[:tail] whose final label is negative. Returns (pieces, tail, classes).
-    """
-    tail = 0
-    for i in range(length):
-        seen[chain[i]] = stamp
-        label[chain[i]] = -1
-    for i in range(length):
-        for k in range(4):
-            y = links[chain[i], k]
-            if component[y] == ours and seen[y] != stamp:
-                seen[y] = stamp
-                queue[tail] = y
-                label[y] = tail
-                tail += 1
-    fronts = tail
-    root = np.arange(fronts)
-    head = np.arange(fronts)  # next node to expand, by class, as a linked list through `after`
-    last = np.arange(fronts)
-    for i in range(fronts):
-        after[i] = -1
-    alive = fronts
-    done = np.zeros(fronts, np.bool_)
-    pieces = -1 if fronts == 0 else 0
-    while alive > 1:
-        for f in range(fronts):
-            if root[f] != f or done[f] or alive <= 1:
-                continue
-            i = head[f]
-            if i < 0:
-                done[f] = True
-                alive -= 1
-                pieces += 1
-                continue
-            x = queue[i]
-            mine = f
-            for k in range(4):
-                y = links[x, k]
-                if component[y] != ours:
-                    continue
-                if seen[y] != stamp:
-                    seen[y] = stamp
-                    queue[tail] = y
-                    label[y] = mine
-                    after[tail] = -1
-                    after[last[mine]] = tail
-                    last[mine] = tail
-                    tail += 1
-                elif label[y] >= 0:
-                    g = label[y]
-                    while root[g] != g:
-                        root[g] = root[root[g]]
-                        g = root[g]
-                    if g != mine:
-                        # two fronts meet: one list
-                        if head[mine] >= 0 and head[g] >= 0:
-                            after[last[mine]] = head[g]
-                            last[mine] = last[g]
-                        elif head[g] >= 0:
-                            head[mine] = head[g]
-                            last[mine] = last[g]
-                        root[g] = mine
-                        alive -= 1
-            head[f] = after[i]
-    for i in range(tail):
-        g = label[queue[i]]
-        while root[g] != g:
-            g = root[g]
-        label[queue[i]] = -1 if done[g] else g
-    return pieces, tail
-
-
-@kernel
-def star_lists(nodes, n):
-    """The nodes around each sample: star[starts[v] : starts[v + 1]], ascending."""
-    starts = np.zeros(n + 1, np.int64)
-    for x in range(len(nodes)):
-        for k in range(4):
-            if nodes[x, k] < n:
-                starts[nodes[x, k] + 1] += 1
-    for v in range(n):
-        starts[v + 1] += starts[v]
-    place = starts[:-1].copy()
-    star = np.empty(starts[n], np.int32)
-    for x in range(len(nodes)):
-        for k in range(4):
-            v = nodes[x, k]
-            if v < n:
-                star[place[v]] = x
-                place[v] += 1
-    return starts, star
-
-
-@kernel
-def umbrellas(around, scratch, widest, sides, v):
-    """Umbrellas of sample v beyond the first, -1 where it has no facet; facets of wider gate than `widest` are none.
-
-    The link of v in the surface is a graph: as many umbrellas as it has components, and (degree - 1) // 2 more at each
-    of its vertices.
-    """
-    nodes, links, gate, starts, star = around
-    number, corner, parent, degree = scratch
-    m = len(gate)
-    count = 0
-    for i in range(starts[v], starts[v + 1]):
-        x = star[i]
-        if x >= m:
-            continue
-        for k in range(4):
-            y = links[x, k]
-            if (y < x and y < m) or sides[y] == sides[x] or nodes[x, k] == v or gate[x, k] > widest:
-                continue
-            first = np.int32(-1)
-            for j in range(4):
-                u = nodes[x, j]
-                if j == k or u == v:
-                    continue
-                at = number[u]
-                if at < 0:
-                    at = np.int32(count)
-                    number[u] = at
-                    corner[at], parent[at], degree[at] = u, at, 0
-                    count += 1
-                degree[at] += 1
-                while parent[at] != at:
-                    at = parent[at]
-                if first >= 0:
-                    parent[at] = first
-                first = at
-    excess = -1
-    for i in range(count):
-        excess += (parent[i] == i) + (degree[i] - 1) // 2
-        number[corner[i]] = -1
-    return excess
-
-
-@kernel
-def excesses(around, scratch, widest, sides, excess):
-    """`umbrellas` of every sample into `excess` (n,)."""
-    starts = around[3]
-    for v in range(len(excess)):
-        if starts[v + 1] > starts[v]:
-            excess[v] = umbrellas(around, scratch, widest, sides, v)
+WIDEST, STEEPEST, NARROWEST = -1.0, 0.0, 1.0  # order in which a move takes nodes: by gate, or by the change of energy
 
 
 @kernel
@@ -279,9 +101,9 @@ def wall(points, spacing, i, j, k):
 
 
 @kernel
-def flip(points, spacing, around, scratch, widest, sides, x, excess):
+def flip(ground, scratch, widest, sides, x, excess):
     """Flip node x: the change of energy without topology, and of the surface's Euler number."""
-    nodes, links = around[0], around[1]
+    points, spacing, nodes, links = ground[:4]
     n = len(points)
     energy, chi = 0.0, 0
     for k in range(4):
@@ -302,7 +124,7 @@ def flip(points, spacing, around, scratch, widest, sides, x, excess):
         v = nodes[x, k]
         if v < n:
             old = excess[v]
-            new = umbrellas(around, scratch, widest, sides, v)
+            new = umbrellas(ground, scratch, widest, sides, v)
             excess[v] = new
             energy += (BURIED if new < 0 else PINCH * new) - (BURIED if old < 0 else PINCH * old)
             chi += (new >= 0) - (old >= 0)
@@ -310,35 +132,15 @@ def flip(points, spacing, around, scratch, widest, sides, x, excess):
 
 
 @kernel
-def move(
-    points,
-    spacing,
-    around,
-    scratch,
-    widest,
-    sides,
-    seed,
-    reach,
-    hopeless,
-    order,
-    state,
-    queue,
-    after,
-    label,
-    seen,
-    mark,
-    excess,
-    stirred,
-    chain,
-    component,
-    size,
-):
+def move(ground, scratch, widest, sides, work, seed, reach, hopeless, order):
     """Grow from a seed and keep the prefix of lowest energy, if below the present; returns the energy gained (<= 0).
 
-    state = [last stamp, components, next component number, clock of accepted moves].
+    ground: points, spacing, nodes, links, gate, and the stars of samples (`star_lists`), which stay as they are. work: what the
+    search keeps (`repair`); its state = [last stamp, next component number, clock of accepted moves].
     """
-    nodes, links, gate = around[0], around[1], around[2]
-    n, m = len(points), len(gate)
+    _, _, nodes, links, gate, starts, _ = ground
+    state, excess, stirred, component, size, chain, mark, queue, after, label, seen = work
+    n, m = len(starts) - 1, len(gate)
     stamp = state[0] + 1
     first = stamp
     side, ours = sides[seed], component[seed]
@@ -356,7 +158,7 @@ def move(
             y = links[x, k]
             if mark[y] != -first and sides[y] != side and component[y] not in touched:
                 touched.append(component[y])
-        change, turned = flip(points, spacing, around, scratch, widest, sides, x, excess)
+        change, turned = flip(ground, scratch, widest, sides, x, excess)
         energy += change
         chi += turned
         mark[x] = -first
@@ -369,20 +171,20 @@ def move(
             best, best_length, best_energy, best_chi, best_touched = total, length, energy, chi, len(touched)
         if total < low or length == 1:
             low, low_length = total, length
-        if total > best + hopeless or (order == 0 and length > low_length + 1):
+        if total > best + hopeless or (order == STEEPEST and length > low_length + 1):
             break
         for k in range(4):
             y = links[x, k]
             if y < m and mark[y] != -first and sides[y] == side:
-                if order == 0:
-                    change, turned = flip(points, spacing, around, scratch, widest, sides, np.int64(y), excess)
-                    flip(points, spacing, around, scratch, widest, sides, np.int64(y), excess)
+                if order == STEEPEST:
+                    change, turned = flip(ground, scratch, widest, sides, np.int64(y), excess)
+                    flip(ground, scratch, widest, sides, np.int64(y), excess)
                     heapq.heappush(heap, (change - TOPOLOGY * turned / 2, np.int64(y)))
                 elif mark[y] != first:
                     mark[y] = first
                     heapq.heappush(heap, (order * np.float64(gate[x, k]), np.int64(y)))
     for i in range(length - 1, best_length - 1, -1):
-        flip(points, spacing, around, scratch, widest, sides, chain[i], excess)
+        flip(ground, scratch, widest, sides, chain[i], excess)
     best = 0.0
     if best_length > 0:
         stamp += 1
@@ -392,10 +194,9 @@ def move(
         if best > -1e-9:
             best = 0.0
             for i in range(best_length - 1, -1, -1):
-                flip(points, spacing, around, scratch, widest, sides, chain[i], excess)
+                flip(ground, scratch, widest, sides, chain[i], excess)
         else:
-            state[1] += pieces
-            state[3] += 1
+            state[2] += 1
             size[ours] -= best_length
             if cut > 0:
                 for i in range(tail):
@@ -404,11 +205,11 @@ def move(
                 cut_nodes = queue[:tail].copy()
                 for x in cut_nodes:
                     if component[x] == -9:
-                        new = np.int32(state[2])
+                        new = np.int32(state[1])
                         size[new] = flood(links, component, x, np.int32(-9), new, queue)
                         size[ours] -= size[new]
-                        state[2] += 1
-            target = np.int32(state[2])
+                        state[1] += 1
+            target = np.int32(state[1])
             if best_touched > 1:
                 target = touched[1]
                 for i in range(2, best_touched):
@@ -416,7 +217,7 @@ def move(
                         target = touched[i]
             else:
                 size[target] = 0
-                state[2] += 1
+                state[1] += 1
             size[target] += best_length
             for i in range(best_length):
                 component[chain[i]] = target
@@ -427,7 +228,7 @@ def move(
                         size[target] += flood(links, component, y, component[y], target, queue)
                     v = nodes[chain[i], k]
                     if v < n:
-                        stirred[v] = state[3]
+                        stirred[v] = state[2]
     state[0] = stamp
     return best
 
@@ -444,7 +245,7 @@ def repair(points, spacing, nodes, links, gate, sides, pole, anti, widest, round
     longest = 4
     for v in range(n):
         longest = max(longest, starts[v + 1] - starts[v])
-    around = (nodes, links, gate, starts, star)
+    ground = points, spacing, nodes, links, gate, starts, star
     scratch = (
         np.full(n + 1, -1, np.int32),
         np.empty(6 * longest, np.int32),
@@ -452,80 +253,54 @@ def repair(points, spacing, nodes, links, gate, sides, pole, anti, widest, round
         np.empty(6 * longest, np.int32),
     )
     sealed = widest == np.inf
-    queue = np.empty(N, np.int32)
-    after = np.empty(N, np.int32)
-    label = np.empty(N, np.int32)
-    seen = np.zeros(N, np.int64)
-    mark = np.zeros(N, np.int64)
     component = np.empty(N, np.int32)
     size = np.empty(N + 1, np.int64)
-    chain = np.empty(REACH_BURIED, np.int64)
+    queue = np.empty(N, np.int32)
     excess = np.zeros(n, np.int32)
     stirred = np.zeros(n, np.int64)  # clock of the last accepted move next to a sample,
     tried = np.full(n, -1, np.int64)  # and of the last attempt to mend it,
     tried_from = np.full(N, -1, np.int64)  # or to cut a handle or reach an island from a node
-    state = np.zeros(4, np.int64)
-    excesses(around, scratch, widest, sides, excess)
-    state[1] = state[2] = number_components(links, sides, component, size, queue)
+    state = np.zeros(3, np.int64)
+    chain, mark = np.empty(REACH_BURIED, np.int64), np.zeros(N, np.int64)
+    after, label, seen = np.empty(N, np.int32), np.empty(N, np.int32), np.zeros(N, np.int64)
+    work = state, excess, stirred, component, size, chain, mark, queue, after, label, seen
+    excesses(ground, scratch, widest, sides, excess)
+    state[1] = number_components(links, sides, component, size, queue)
     for _ in range(rounds):
-        if state[2] > N // 2:  # numbers of components that are no more
-            state[1] = state[2] = number_components(links, sides, component, size, queue)
+        if state[1] > N // 2:  # numbers of components that are no more
+            state[1] = number_components(links, sides, component, size, queue)
         gained = 0.0
         for v in range(n):
             if starts[v] == starts[v + 1] or excess[v] == 0 or tried[v] >= stirred[v]:
                 continue
             for seed in (anti[v], pole[v]):
-                if excess[v] < 0 and 0 <= seed < m and state[2] < N - 64:
+                if excess[v] < 0 and 0 <= seed < m and state[1] < N - 64:
                     gained += move(
-                        points,
-                        spacing,
-                        around,
+                        ground,
                         scratch,
                         widest,
                         sides,
+                        work,
                         np.int64(seed),
                         np.int64(REACH_BURIED),
                         HOPELESS_BURIED,
-                        -1.0,
-                        state,
-                        queue,
-                        after,
-                        label,
-                        seen,
-                        mark,
-                        excess,
-                        stirred,
-                        chain,
-                        component,
-                        size,
+                        WIDEST,
                     )
             if excess[v] != 0:
                 for i in range(starts[v], starts[v + 1]):
-                    if excess[v] != 0 and star[i] < m and state[2] < N - 64:
+                    if excess[v] != 0 and star[i] < m and state[1] < N - 64:
                         gained += move(
-                            points,
-                            spacing,
-                            around,
+                            ground,
                             scratch,
                             widest,
                             sides,
+                            work,
                             np.int64(star[i]),
                             np.int64(REACH_PINCH),
                             HOPELESS,
-                            -1.0,
-                            state,
-                            queue,
-                            after,
-                            label,
-                            seen,
-                            mark,
-                            excess,
-                            stirred,
-                            chain,
-                            component,
-                            size,
+                            WIDEST,
                         )
-            tried[v] = state[3]
+            tried[v] = state[2]
         for x in range(m if sealed else 0):
             # a handle is cut through facets no wider than those of the surface
             narrow, fresh, moved, surface = True, False, False, False
@@ -538,34 +313,14 @@ def repair(points, spacing, nodes, links, gate, sides, pole, anti, widest, round
                     fresh = True
                 if stirred[nodes[x, k]] > 0:
                     moved = True
-            if surface and narrow and fresh and state[2] < N - 64 and (moved or bridges(nodes, links, sides, x)):
+            if surface and narrow and fresh and state[1] < N - 64 and (moved or bridges(nodes, links, sides, x)):
                 gained += move(
-                    points,
-                    spacing,
-                    around,
-                    scratch,
-                    widest,
-                    sides,
-                    np.int64(x),
-                    np.int64(REACH_HANDLE),
-                    HOPELESS,
-                    0.0,
-                    state,
-                    queue,
-                    after,
-                    label,
-                    seen,
-                    mark,
-                    excess,
-                    stirred,
-                    chain,
-                    component,
-                    size,
+                    ground, scratch, widest, sides, work, np.int64(x), np.int64(REACH_HANDLE), HOPELESS, STEEPEST
                 )
-                tried_from[x] = state[3]
+                tried_from[x] = state[2]
         # islands: leave each by its widest gate that was not tried before
-        way = np.zeros(state[2], np.float32)
-        bridge = np.full(state[2], -1, np.int32)
+        way = np.zeros(state[1], np.float32)
+        bridge = np.full(state[1], -1, np.int32)
         for x in range(m if sealed else 0):
             c = component[x]
             if size[c] < min(ISLAND, BODY * N):
@@ -575,37 +330,25 @@ def repair(points, spacing, nodes, links, gate, sides, pole, anti, widest, round
                         way[c], bridge[c] = gate[x, k], y
         for c in range(len(bridge)):
             y = bridge[c]
-            if y >= 0 and state[2] < N - 64:
-                tried_from[y] = state[3]
+            if y >= 0 and state[1] < N - 64:
+                tried_from[y] = state[2]
                 gained += move(
-                    points,
-                    spacing,
-                    around,
+                    ground,
                     scratch,
                     widest,
                     sides,
+                    work,
                     np.int64(y),
                     np.int64(REACH_BURIED),
                     HOPELESS_BURIED,
-                    1.0,
-                    state,
-                    queue,
-                    after,
-                    label,
-                    seen,
-                    mark,
-                    excess,
-                    stirred,
-                    chain,
-                    component,
-                    size,
+                    NARROWEST,
                 )
         if gained > -1e-9:
             break
     if sealed:
-        absorb(nodes, links, gate, m, sides, component, size, np.int64(state[2]))
-    excesses(around, scratch, widest, sides, excess)
-    return excess, state[3]
+        absorb(nodes, links, gate, m, sides, component, size, np.int64(state[1]))
+    excesses(ground, scratch, widest, sides, excess)
+    return excess, state[2]
 
 
 @kernel

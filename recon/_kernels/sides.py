@@ -275,21 +275,29 @@ def _root(parent, x):
 
 
 @kernel
-def facet_evidence(links, gate, m):
-    """All facets once, as 4 * node + corner, widest gate first, and their gates."""
+def each_facet(links, m):
+    """All facets once, as 4 * node + corner."""
     count = 0
     for c in range(m):
         for k in range(4):
             count += links[c, k] > c
     facets = np.empty(count, np.int32)
-    keys = np.empty(count, np.float32)
     count = 0
     for c in range(m):
         for k in range(4):
             if links[c, k] > c:
                 facets[count] = 4 * c + k
-                keys[count] = gate[c, k]
                 count += 1
+    return facets
+
+
+@kernel
+def facet_evidence(links, gate, m):
+    """All facets once, as 4 * node + corner, widest gate first, and their gates."""
+    facets = each_facet(links, m)
+    keys = np.empty(len(facets), np.float32)
+    for f in range(len(facets)):
+        keys[f] = gate[facets[f] >> 2, facets[f] & 3]
     order = descending(keys)
     return facets[order], keys[order]
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from .compile import kernel
-from .sides import descending
+from .sides import descending, each_facet
 
 NEAR = 2.5  # neighbours of a sample on its sheet are nearer than this [local spacings]
 FLAT = 0.5  # cells whose centre is closer to the tangent plane are on the side where their other corners see it
@@ -19,7 +19,7 @@ FAR = np.float32(5)  # trust and heights beyond are as good as this
 
 
 @kernel
-def axes(points, spacing, nodes, centers, normals, pole, anti, trust, m):
+def axes(points, spacing, nodes, centers, pole, anti, trust, m):
     """Normal of each sample, up to sign: from the poles (n, 3); trust in it (n,); and the tensor (n, 3, 3) of its neighbours'."""
     n = len(points)
     axis, sure, tensor = np.zeros((n, 3)), np.zeros(n), np.zeros((n, 3, 3))
@@ -90,43 +90,34 @@ def sheet_evidence(nodes, links, gate, axis, normals, height, widest):
     consistent, as around a boundary, it is out there that the sides meet.
     """
     m = len(height)
-    count = 0
-    for c in range(m):
-        for k in range(4):
-            count += links[c, k] > c
-    facets = np.empty(count, np.int32)
-    keys = np.empty(count, np.float32)
-    opposite = np.empty(count, np.uint8)
-    count = 0
-    for c in range(m):
-        for k in range(4):
-            o = np.int64(links[c, k])
-            if o <= c:
+    facets = each_facet(links, m)
+    keys = np.empty(len(facets), np.float32)
+    opposite = np.empty(len(facets), np.uint8)
+    for f in range(len(facets)):
+        c, k = np.int64(facets[f] >> 2), facets[f] & 3
+        o = np.int64(links[c, k])
+        votes, margin = 0, FAR
+        for i in range(4):
+            v = nodes[c, i]
+            if i == k:
                 continue
-            votes, margin = 0, FAR
-            for i in range(4):
-                v = nodes[c, i]
-                if i == k:
-                    continue
-                here, there = height[c, i], np.float32(0)
-                if o < m:
-                    j = 0
-                    while nodes[o, j] != v:
-                        j += 1
-                    there = height[o, j]
-                else:
-                    for a in range(3):
-                        there += FAR * normals[o - m, a] * axis[v, a]
-                votes += (here > 0) != (there > 0)
-                margin = min(margin, min(abs(here), abs(there)))
-            facets[count] = 4 * c + k
-            opposite[count] = votes >= 2
-            if gate[c, k] > widest:
-                keys[count] = np.float32(1e-6) / gate[c, k]
-            elif votes == 0 or votes == 3:
-                keys[count] = np.float32(1) + margin
+            here, there = height[c, i], np.float32(0)
+            if o < m:
+                j = 0
+                while nodes[o, j] != v:
+                    j += 1
+                there = height[o, j]
             else:
-                keys[count] = np.float32(1e-3) * margin
-            count += 1
+                for a in range(3):
+                    there += FAR * normals[o - m, a] * axis[v, a]
+            votes += (here > 0) != (there > 0)
+            margin = min(margin, min(abs(here), abs(there)))
+        opposite[f] = votes >= 2
+        if gate[c, k] > widest:
+            keys[f] = np.float32(1e-6) / gate[c, k]
+        elif votes == 0 or votes == 3:
+            keys[f] = np.float32(1) + margin
+        else:
+            keys[f] = np.float32(1e-3) * margin
     order = descending(keys)
     return facets[order], keys[order], opposite[order]
