@@ -10,7 +10,7 @@ search gives every sample exactly one umbrella of facets.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,6 +19,9 @@ from .contracts import DegenerateInput, InvalidInput, as_points
 from .mesh import Mesh
 from .regular import RegularTriangulation
 from .topology import agreeing, patches, topology
+
+if TYPE_CHECKING:
+    from .alpha import AlphaComplex
 
 Kind = Literal["auto", "closed", "open"]
 ROUNDS = 6  # of repair; it mostly ends after 3
@@ -146,23 +149,49 @@ def alpha_shape(points: ArrayLike, radius: float) -> Mesh:
     >>> alpha_shape([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], radius=2.0)
     Mesh(4 vertices, 4 faces)
     """
-    from .alpha import EXTERIOR, alpha_complex
+    from .alpha import alpha_complex
 
     located = as_points(points, 3)
     if not isinstance(radius, (int, float, np.number)) or not radius >= 0:
         raise InvalidInput(f"radius: expected a non-negative length, got {radius!r}")
-    alpha = min(float(radius), 1e154) ** 2  # beyond, all of R in any case
-    whole = alpha_complex(located)
-    if whole.dimension < 2:
-        where = ("in one spot", "on a line")[whole.dimension]
+    return compact_mesh(
+        located, exposed_faces(alpha_complex(located), min(float(radius), 1e154) ** 2)
+    )  # beyond: all of R
+
+
+def exposed_faces(family: AlphaComplex, alpha: float) -> NDArray[np.int64]:
+    """Give the triangles of the boundary of an alpha complex in space (f, 3), input rows.
+
+    Regular ones outward; singular ones agree with their neighbours, outward where they close. In a plane all are singular,
+    and face the same way.
+
+    Parameters
+    ----------
+    family : AlphaComplex
+        Of points in 3-D.
+    alpha : float [L^2]
+
+    Raises
+    ------
+    DegenerateInput
+        All points on a line or in one spot.
+    """
+    from .alpha import EXTERIOR
+
+    points = family.triangulation.points
+    if family.dimension < 2:
+        where = ("in one spot", "on a line")[family.dimension]
         raise DegenerateInput(f"points: all lie {where}; a surface needs points that span a plane or more")
-    if whole.dimension == 2:
-        faces = whole.simplices(2)[whole.classify(2, alpha) != EXTERIOR].astype(np.int64)
-        return compact_mesh(located, _turned(located, faces))
-    boundary = whole.boundary(alpha)
+    if family.dimension == 2:
+        faces = family.simplices(2)[family.classify(2, alpha) != EXTERIOR].astype(np.int64)
+        a, b, c = np.moveaxis(points[faces], 1, 0)
+        normals = np.cross(b - a, c - a)
+        axis = np.argmax(np.abs(normals).sum(axis=0))
+        return np.where(normals[:, axis, None] < 0, faces[:, ::-1], faces)
+    boundary = family.boundary(alpha)
     faces = boundary.facets.astype(np.int64)
-    faces[boundary.singular] = _turned(located, faces[boundary.singular])
-    return compact_mesh(located, faces)
+    faces[boundary.singular] = _turned(points, faces[boundary.singular])
+    return faces
 
 
 def _turned(points: NDArray[np.float64], faces: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -252,7 +281,7 @@ class _Evidence:
 
         m = len(self.cells)
         poles = self.pole, self.anti, self.trust
-        axis, sure, tensor = axes(self.points, self.spacing, self.nodes, self.centers, self.normals, *poles, m)
+        axis, sure, tensor = axes(self.points, self.spacing, self.nodes, self.centers, *poles, m)
         doubtful = sure < 1
         axis[doubtful] = np.linalg.eigh(tensor[doubtful])[1][:, :, 2]
         height = heights(self.points, self.spacing, self.cells, self.centers, axis)

@@ -13,7 +13,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..contracts import DegenerateInput, InvalidInput, ReconError, StageError, as_points, require
+from ..contracts import InvalidInput, ReconError, StageError, as_points, require
 from ..mesh import Mesh
 from .attributes import split_source, unit_colors
 
@@ -95,28 +95,16 @@ def create_from_point_cloud_alpha_shape(pcd: Any, alpha: float, tetra_mesh: Any 
     DegenerateInput
         All points on a line or in one spot.
     """
-    from ..alpha import EXTERIOR, alpha_complex
-    from ..surface import _turned, compact_mesh
-    from ..topology import agreeing
+    from ..alpha import alpha_complex
+    from ..surface import compact_mesh, exposed_faces
 
     del tetra_mesh, pt_map
     values, attributes = from_point_cloud(pcd)
     points = as_points(values, 3)
     if not alpha >= 0:
         raise InvalidInput(f"alpha: expected a non-negative radius, got {alpha}")
-    complex_, squared = (
-        alpha_complex(points),
-        float(alpha) * float(alpha),
-    )  # infinite where it overflows: the convex hull
-    if complex_.dimension < 2:
-        where = ("in one spot", "on a line")[complex_.dimension]
-        raise DegenerateInput(f"points: all lie {where}; a surface needs points that span a plane or more")
-    if complex_.dimension == 2:  # in space, all triangles of a planar shape are singular
-        facets = agreeing(complex_.simplices(2)[complex_.classify(2, squared) != EXTERIOR])
-    else:
-        boundary = complex_.boundary(squared)
-        facets = boundary.facets.astype(np.int64)
-        facets[boundary.singular] = _turned(points, facets[boundary.singular])
+    complex_ = alpha_complex(points)
+    facets = exposed_faces(complex_, float(alpha) * float(alpha))  # infinite where it overflows: the convex hull
     if len(facets) == 0:
         least = float(np.sqrt(complex_.entry(2).min()))
         warnings.warn(f"no triangle at alpha = {alpha:g}; the first one appears at {least:.4g}", stacklevel=2)
