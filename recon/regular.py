@@ -9,6 +9,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from .contracts import as_points, as_weights
 
+# In 3-D, the facet opposite corner k of a positive cell: counter-clockwise seen from outside the cell.
+OUTWARD = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RegularTriangulation:

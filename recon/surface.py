@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .contracts import DegenerateInput, InvalidInput, as_points
 from .mesh import Mesh
-from .regular import RegularTriangulation
+from .regular import OUTWARD, RegularTriangulation
 from .topology import agreeing, patches, topology
 
 if TYPE_CHECKING:
@@ -31,8 +31,6 @@ OPEN_GATE = 2.5  # widest facet of an open sheet [local spacings]; the rest clos
 # voids, and less at facets wider than OPEN_GATE.
 DEEPER, LEAK, SURE = np.float32(1.2), np.float32(5), np.float32(2)
 SHARE = 1 / 8
-# The facet opposite corner k of a positive cell, counter-clockwise seen from outside the cell.
-OUTWARD = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,7 +13,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from recon.contracts import DegenerateInput, InvalidInput, as_points, as_weights
-from recon.regular import RegularTriangulation, regular_triangulation
+from recon.regular import OUTWARD, RegularTriangulation, regular_triangulation
 
 from ._closing_program import Rows, curtains, expelled, facing, graded, step, walls
 from .adaptive import adaptive_weights
@@ -29,8 +29,6 @@ ROUNDS = 25  # steps for each of the two aims; most clouds need 3 to 10
 # Margins of the sizes, in squared local spacings: wide at first, as conditions are linear only nearby, then less and less.
 MARGIN, EASE, LEAST = 0.02, 0.85, 1e-4
 FAIR = 0.9  # share of the points that a closed surface must have to count for more than one that is not closed
-# The facet opposite corner k of a positive cell, counter-clockwise seen from outside the cell.
-OUTWARD = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
