@@ -1,5 +1,33 @@
-"""``python -m recon``: the command line."""
+"""The program ``recon``, ``python -m recon`` as well: signals are taken care of before anything else is imported."""
 
-from .cli import main
+import os
+import sys
 
-main(prog_name="recon")
+try:
+    import signal  # takes longer than all that stands before
+except KeyboardInterrupt:
+    sys.exit(130)
+
+
+def run() -> None:
+    """Run the command line. Ctrl-C and SIGTERM end the process at once, whatever its threads are busy with."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        if signal.getsignal(number) is not signal.SIG_IGN:  # as of a job in the background
+            signal.signal(number, _leave)
+    from .cli import main
+
+    main(prog_name="recon")
+
+
+def _leave(number: int, frame: object) -> None:
+    """Remove what is half-written, say so, and exit: 130 for Ctrl-C, 143 for SIGTERM."""
+    signal.signal(number, signal.SIG_IGN)
+    if "recon.io.files" in sys.modules:
+        sys.modules["recon.io.files"].discard_unfinished()
+    line = "\r\x1b[K" if os.isatty(2) else ""  # over the line of progress
+    os.write(2, f"{line}recon: interrupted; nothing half-written was left\n".encode())
+    os._exit(128 + number)
+
+
+if __name__ == "__main__":
+    run()

@@ -108,7 +108,6 @@ def test_a_bug_is_reported_as_a_bug(tmp_path, monkeypatch):
         (recon.DegenerateInput("x"), 3),
         (recon.MissingDependency("x"), 4),
         (recon.CertificateError("x"), 5),
-        (KeyboardInterrupt(), 130),
         (MemoryError(), 1),
     ],
 )

@@ -208,14 +208,15 @@ def test_memory_is_estimated_for_large_clouds_only(monkeypatch):
 BUSY = """
 import sys, time
 import recon.pipeline
-from recon.cli import main
+from recon.__main__ import run
 
 def busy(*args, **kwargs):
     print("busy", flush=True)
     time.sleep(60)  # as compiled code does: the interpreter is free, the thread is not
 
 recon.pipeline.reconstruct = busy
-main(sys.argv[1:])
+sys.argv[0] = "recon"
+run()
 """
 
 
@@ -322,3 +323,81 @@ def test_refining_inserts_vertices_of_no_row(cloud, tmp_path):
     mesh = recon.read_mesh(tmp_path / "mesh.ply")
     assert told["inserted_vertices"] == (mesh.vertex_source == -1).sum() > 0
     assert told["faces"] == len(mesh.faces)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="POSIX signals")
+@pytest.mark.parametrize("seconds", [0.1, 0.3, 0.7])
+def test_an_interruption_among_the_imports_is_one_line(cloud, tmp_path, seconds):
+    command = [sys.executable, "-m", "recon", "reconstruct", str(cloud), str(tmp_path / "m.ply"), "--refine"]
+    listening = functools.partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, preexec_fn=listening) as process:
+        with pytest.raises(subprocess.TimeoutExpired):
+            process.wait(seconds)
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert errors.decode() == "recon: interrupted; nothing half-written was left\n"
+    assert os.listdir(tmp_path) == ["torus.ply"]
+
+
+WRITING = """
+import sys, time
+import recon.io.files
+from recon.__main__ import run
+
+def slow(mesh, target, **options):
+    with recon.io.files.whole_file(target) as file:
+        file.write(b"half")
+        file.flush()
+        print("busy", flush=True)
+        time.sleep(60)
+
+recon.io.write_mesh = slow
+sys.argv[0] = "recon"
+run()
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="POSIX signals")
+def test_an_interruption_while_writing_leaves_the_old_file(cloud, tmp_path):
+    (tmp_path / "m.ply").write_text("old")
+    command = [sys.executable, "-c", WRITING, "reconstruct", str(cloud), str(tmp_path / "m.ply")]
+    listening = functools.partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, preexec_fn=listening) as process:
+        assert process.stdout.readline() == b"busy\n"
+        assert len(os.listdir(tmp_path)) == 3
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert sorted(os.listdir(tmp_path)) == ["m.ply", "torus.ply"]
+    assert (tmp_path / "m.ply").read_text() == "old"
+
+
+def test_the_report_compares_with_the_truth(cloud, tmp_path):
+    told = tmp_path / "r.json"
+    result = run("reconstruct", cloud, tmp_path / "m.ply", "--against", "torus", "--report", told)
+    assert result.exit_code == 0, result.output
+    assert "to reference mean" in result.stdout
+    mesh = recon.read_mesh(tmp_path / "m.ply")
+    truth = {m.name: m.value for m in recon.measure(mesh, datasets_synthetic.surface("torus"), points=1500)}
+    measured = json.loads(told.read_text())["measured"]
+    assert measured == truth and measured["to_reference_mean"] < 0.01
+    page = tmp_path / "r.html"
+    assert run("reconstruct", cloud, tmp_path / "m.ply", "--against", "torus", "--report", page, "-q").exit_code == 0
+    assert "Measured against the reference." in page.read_text()
+    refused(run("reconstruct", cloud, tmp_path / "n.ply", "--against", "toros"), 2, "toros", "torus")
+    assert not (tmp_path / "n.ply").exists()
+
+
+def test_weights_are_the_squares_of_the_radii_that_the_input_has(cloud, torus, tmp_path):
+    radii = np.linspace(0.1, 0.2, len(torus))
+    recon.write_points(torus, tmp_path / "balls.ply", attributes={"radius": radii})
+    options = ("--surface", "complex", "--no-clean", "--no-denoise")
+    result = run("reconstruct", tmp_path / "balls.ply", tmp_path / "m.ply", "--weights", "radius", *options)
+    assert result.exit_code == 0, result.output
+    facets = recon.alpha_complex(torus, radii**2).boundary(0.0).facets
+    mesh = recon.read_mesh(tmp_path / "m.ply")
+    rows = np.sort(mesh.vertex_source[mesh.faces], axis=1)
+    assert np.array_equal(np.unique(rows, axis=0), np.unique(np.sort(facets, axis=1), axis=0))
+    refused(run("reconstruct", cloud, tmp_path / "n.ply", "--weights", "radius"), 2, "torus.ply: --weights radius")
+    refused(run("alphas", cloud, "--weights", "radius"), 2, "torus.ply: --weights radius")

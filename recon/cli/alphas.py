@@ -75,20 +75,17 @@ def alphas(
     there from its birth, where it is sealed off, to its death, where it is filled: the inside of a solid shows as
     a void that lasts longer than the others.
     """
+    from ..alpha import alpha_complex
     from ..io import read_points
-    from .weights import resolve
-    from .work import interruptible, note_memory
+    from .weights import from_option, resolve
+    from .work import note_memory
 
     cloud = read_points(file, format=source_format, drop_invalid=drop_invalid)
     note_memory(file, len(cloud), quiet)
 
-    def work() -> tuple[int, dict[str, Any]]:
-        from ..alpha import alpha_complex
-
-        family = alpha_complex(cloud.points, resolve(weights, cloud, threads))
-        return family.dimension, _describe(family, chosen, None if everything else ranges, shown)
-
-    dimension, found = interruptible(work)
+    family = alpha_complex(cloud.points, resolve(from_option(weights, cloud, file), cloud, threads))
+    dimension = family.dimension
+    found = _describe(family, chosen, None if everything else ranges, shown)
     if as_json:
         click.echo(json.dumps({"file": file, **found}, indent=1))
     elif everything:

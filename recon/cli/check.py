@@ -51,7 +51,7 @@ def check(
     """
     from ..io import read
     from ..mesh import Mesh
-    from .work import Progress, interruptible, note_memory
+    from .work import Progress, note_memory
 
     content = read(file, format=source_format, drop_invalid=drop_invalid)
     if isinstance(content, Mesh):
@@ -62,18 +62,17 @@ def check(
         from ..pipeline import reconstruct
 
         note_memory(file, len(content), quiet)
-        progress = Progress(quiet)
         try:
-            result = interruptible(lambda: reconstruct(content, threads=threads, progress=progress), progress.tick)
-            interruptible(lambda: certify(result.triangulation))
-            interruptible(lambda: certify(result.mesh))
+            with Progress(quiet) as progress:
+                result = reconstruct(content, threads=threads, progress=progress)
+                progress("certificates", 0.99)
+                certify(result.triangulation)
+                certify(result.mesh)
         except ReconError as error:
             error.args = (f"{file}: {error}",)
             raise
-        finally:
-            progress.close()
         mesh = result.mesh
-    held = interruptible(lambda: _promises_held(mesh))
+    held = _promises_held(mesh)
     asked = required or _USUAL
     broken = [name for name in asked if not held[name]]
     if as_json:

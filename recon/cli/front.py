@@ -5,66 +5,49 @@ from __future__ import annotations
 import errno
 import glob
 import os
-import signal
 import sys
 import threading
 from collections.abc import Callable, Sequence
-from types import FrameType
-from typing import Any
+from typing import Any, TypeVar
 
 import click
 from click.shell_completion import CompletionItem
 
+Result = TypeVar("Result")
+
 _UNWRITABLE = (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC), errno.EIO, errno.EFBIG)  # while text is printed
 PATH = click.Path(allow_dash=True)  # so that shells complete file names; whether there is such a file is read's to say
-OK, BUG, INPUT, DEGENERATE, MISSING, GUARANTEE, INTERRUPTED, TERMINATED, PIPE = 0, 1, 2, 3, 4, 5, 130, 143, 141
-
-
-class Terminated(KeyboardInterrupt):
-    """SIGTERM: as Ctrl-C, another exit code."""
+OK, BUG, INPUT, DEGENERATE, MISSING, GUARANTEE, PIPE = 0, 1, 2, 3, 4, 5, 141
 
 
 class Front(click.Group):
     """A command group that turns every error into one line on stderr and an exit code."""
 
-    def main(self, *args: Any, **kwargs: Any) -> Any:
-        """Run a command; SIGTERM is treated as Ctrl-C, so that no temporary file stays behind."""
-        if threading.current_thread() is not threading.main_thread():
-            return super().main(*args, **kwargs)
-        before = signal.signal(signal.SIGTERM, _terminate)
-        try:
-            return super().main(*args, **kwargs)
-        finally:
-            signal.signal(signal.SIGTERM, before)
-
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command that was asked for and map its errors to exit codes."""
         try:
-            return super().invoke(ctx)
+            return _aside(lambda: super(Front, self).invoke(ctx))
         except (click.ClickException, click.exceptions.Exit, click.Abort):
             raise
-        except KeyboardInterrupt as stop:
-            complain("interrupted; nothing half-written was left")
-            _leave(ctx, TERMINATED if isinstance(stop, Terminated) else INTERRUPTED)
         except BrokenPipeError:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or Python complains at exit
-            _leave(ctx, PIPE)
+            ctx.exit(PIPE)
         except OSError as error:
             if error.errno not in _UNWRITABLE:
                 _report_bug(error)
-                _leave(ctx, BUG)
+                ctx.exit(BUG)
             complain(f"the output cannot be written: {error.strerror}")
-            _leave(ctx, INPUT)
+            ctx.exit(INPUT)
         except MemoryError:
             complain("not enough memory for this input; use fewer points, or a machine with more")
-            _leave(ctx, BUG)
+            ctx.exit(BUG)
         except Exception as error:  # the outermost frame: a bug must not look like bad input
             code = exit_code(error)
             if code is None:
                 _report_bug(error)
             else:
                 complain(" ".join(str(error).split()))
-            _leave(ctx, BUG if code is None else code)
+            ctx.exit(BUG if code is None else code)
 
 
 def exit_code(error: BaseException) -> int | None:
@@ -115,9 +98,13 @@ def shared(*names: str) -> Callable[[Callable], Callable]:
             "--drop-invalid", is_flag=True, help="Leave out rows with NaN or infinite coordinates, and count them."
         ),
         "weights": click.option(
-            "--weights", default="adaptive", metavar="adaptive|uniform|FILE", show_default=True, type=PATH,
-            help="Squared radius of the ball around each point: from local density and curvature, one for all, or one "
-            "number a line in a file.",
+            "--weights", default="adaptive", metavar="adaptive|uniform|radius|FILE", show_default=True, type=PATH,
+            help="Squared radius of the ball around each point: from local density, the same for all, from the radii in "
+            "the input, or one number a line in a file.",
+        ),
+        "against": click.option(
+            "--against", metavar="FILE|SURFACE", shell_complete=surface_names,
+            help="Compare with this: a mesh, points, or a surface of `recon sample --list`.",
         ),
     }  # fmt: skip
 
@@ -154,8 +141,28 @@ def _formats(ctx: click.Context, parameter: click.Parameter, begun: str) -> list
     return sorted(name for name in known if name.startswith(begun))
 
 
-def _terminate(number: int, frame: FrameType | None) -> None:
-    raise Terminated
+def _aside(work: Callable[[], Result]) -> Result:
+    """Run `work` in a thread of its own and give its result or raise its error.
+
+    Compiled code does not look for signals, but it runs without the interpreter lock: the main thread stays free to
+    answer them.
+    """
+    results: list[Result] = []
+    errors: list[BaseException] = []
+
+    def run() -> None:
+        try:
+            results.append(work())
+        except BaseException as error:  # handed to the main thread, nothing is swallowed
+            errors.append(error)
+
+    thread = threading.Thread(target=run, name="recon-work", daemon=True)
+    thread.start()
+    while thread.is_alive():
+        thread.join(0.1)  # not for ever: Windows would not wake it
+    if errors:
+        raise errors[0]
+    return results[0]
 
 
 def _report_bug(error: BaseException) -> None:
@@ -165,12 +172,3 @@ def _report_bug(error: BaseException) -> None:
         traceback.print_exc()
     complain(f"internal error: {' '.join(f'{type(error).__name__}: {error}'.split())}")
     complain("this is a bug: please report it with the command; RECON_DEBUG=1 shows where it happened")
-
-
-def _leave(ctx: click.Context, code: int) -> None:
-    """Exit; without waiting for a thread that is busy in compiled code."""
-    if any(thread.daemon and thread.name == "recon-work" for thread in threading.enumerate()):
-        sys.stdout.flush()
-        sys.stderr.flush()
-        os._exit(code)
-    ctx.exit(code)

@@ -35,6 +35,7 @@ def info(
     from ..contracts import ReconError
     from ..io import read
     from ..mesh import Mesh
+    from .survey import survey
 
     names, found, failed = expanded(files), [], 0
     for number, file in enumerate(names):
@@ -47,7 +48,7 @@ def info(
             failed = failed or exit_code(error) or BUG
             continue
         points = content.vertices if isinstance(content, Mesh) else content.points
-        figures = _surveyed(points, threads)
+        figures = survey(points, threads)
         if as_json:
             found.append(_as_json(file, content, figures))
             continue
@@ -58,13 +59,6 @@ def info(
         click.echo(json.dumps(found[0] if len(names) == 1 else found, indent=1))
     if failed:
         click.get_current_context().exit(failed)
-
-
-def _surveyed(points: Any, threads: int | None) -> Survey:
-    from .survey import survey
-    from .work import interruptible
-
-    return interruptible(lambda: survey(points, threads))
 
 
 def _as_text(file: str, content: Mesh | PointCloud, figures: Survey) -> list[tuple[str, ...]]:

@@ -42,13 +42,12 @@ def measure(
     """
     from ..io import read_mesh, read_points
     from ..metrics import measure as measure_mesh
-    from .work import interruptible
 
     measured = read_mesh(mesh, format=source_format)
     truth = None if reference is None else truth_of(reference)
     cloud = None if points is None else read_points(points)
     count = None if cloud is None else len(cloud)
-    metrics = interruptible(lambda: measure_mesh(measured, truth, points=count, samples=samples, seed=seed))
+    metrics = measure_mesh(measured, truth, points=count, samples=samples, seed=seed)
     print_metrics(metrics, as_json)
 
 

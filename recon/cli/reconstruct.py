@@ -11,12 +11,15 @@ from .front import BUG, PATH, complain, exit_code, expanded, shared
 
 if TYPE_CHECKING:
     from ..io import PointCloud
+    from ..report import Report
 
 _EXAMPLES = """
 \b
 Examples:
   recon reconstruct scan.xyz mesh.ply
   recon reconstruct sheet.las terrain.ply --surface open --report report.json
+  recon reconstruct torus.xyz torus.ply --against torus --report report.html
+  recon reconstruct protein.pdb mesh.ply --surface complex --weights radius
   recon reconstruct scans/*.ply meshes/ --to obj
   zcat scan.xyz.gz | recon reconstruct - - --to stl > mesh.stl
 """
@@ -41,11 +44,12 @@ Examples:
 @click.option(
     "--report", metavar="FILE", type=PATH, help="Write the report, too: FILE.json, or FILE.html, a page to look at."
 )
-@shared("threads", "from", "to", "quiet", "json")
+@shared("against", "threads", "from", "to", "quiet", "json")
 def reconstruct(
     inputs: tuple[str, ...],
     out: str,
     report: str | None,
+    against: str | None,
     source_format: str | None,
     target_format: str | None,
     quiet: bool,
@@ -60,6 +64,7 @@ def reconstruct(
     """
     from ..contracts import ReconError
     from ..io import formats
+    from .measure import truth_of
 
     pairs = _pairs(expanded(inputs), out, target_format)
     for source, target in pairs:
@@ -67,10 +72,13 @@ def reconstruct(
         _refuse_same(source, target)
     if report is not None:
         _check_report(report, len(pairs))
+    truth = None if against is None else truth_of(against)
     failed = 0
     for source, target in pairs:
         try:
-            result, cloud = _run(source, target, source_format, target_format, drop_invalid, quiet, options)
+            result, told, cloud = _run(
+                source, target, source_format, target_format, drop_invalid, truth, quiet, options
+            )
         except ReconError as error:
             if len(pairs) == 1:
                 raise
@@ -78,11 +86,11 @@ def reconstruct(
             failed = failed or exit_code(error) or BUG
             continue
         if report is not None:
-            _write_report(report, result, cloud, source, options, quiet)
+            _write_report(report, result, told, cloud, source, truth, options, quiet)
         if not quiet and len(pairs) > 1 and not as_json:
             click.echo(f"{source} -> {target}")
         if as_json or not quiet:
-            click.echo(result.report.to_json() if as_json else str(result.report), err=target == "-")
+            click.echo(told.to_json() if as_json else str(told), err=target == "-")
     if failed:
         click.get_current_context().exit(failed)
 
@@ -93,10 +101,11 @@ def _run(
     source_format: str | None,
     target_format: str | None,
     drop_invalid: bool,
+    truth: Any,
     quiet: bool,
     options: dict[str, Any],
-) -> tuple[Any, PointCloud]:
-    """Read, reconstruct, write."""
+) -> tuple[Any, Report, PointCloud]:
+    """Read, reconstruct, write; give what to tell of it, too."""
     from dataclasses import replace
 
     from ..contracts import InvalidInput, ReconError
@@ -104,7 +113,7 @@ def _run(
     from ..pipeline import reconstruct as reconstruct_surface
     from .remarks import remarks
     from .weights import from_option
-    from .work import Progress, interruptible, note_memory
+    from .work import Progress, note_memory
 
     cloud = read_points(source, format=source_format, drop_invalid=drop_invalid)
     if cloud.dropped and not quiet:
@@ -112,11 +121,10 @@ def _run(
     if len(cloud) and cloud.points.shape[1] == 2:
         raise InvalidInput(f"{source}: has points x y without z; a surface needs x y z")
     note_memory(source, len(cloud), quiet)
-    weights = from_option(options["weights"], cloud)
-    progress = Progress(quiet)
+    weights = from_option(options["weights"], cloud, source)
     try:
-        result = interruptible(
-            lambda: reconstruct_surface(
+        with Progress(quiet) as progress:
+            result = reconstruct_surface(
                 cloud.points,
                 weights,
                 alpha=options["alpha"],
@@ -126,16 +134,17 @@ def _run(
                 denoise=options["denoise"],
                 threads=options["threads"],
                 progress=progress,
-            ),
-            progress.tick,
-        )
+            )
+            if options["refine"]:
+                progress("refine", 0.95)
+                result = _refined(result, options["threads"])
+            told = result.report
+            if truth is not None:
+                progress("metrics", 0.97)
+                told = _compared(result, truth, len(cloud))
     except ReconError as error:
         error.args = (f"{source}: {error}",)
         raise
-    finally:
-        progress.close()
-    if options["refine"]:
-        result = interruptible(lambda: _refined(result, options["threads"]))
     mesh = result.mesh
     if not quiet:
         for remark in remarks(result, options["surface"], options["alpha"]):
@@ -146,7 +155,7 @@ def _run(
     lost = write_mesh(mesh, target, format=target_format)
     if lost and not quiet:
         complain(f"{target}: this format cannot hold {', '.join(lost)}; PLY can")
-    return result, cloud
+    return result, told, cloud
 
 
 def _refined(result: Any, threads: int | None) -> Any:
@@ -159,6 +168,15 @@ def _refined(result: Any, threads: int | None) -> Any:
     mesh, inserted = refine(result.mesh, threads=threads)
     told = {"inserted_vertices": inserted, "faces": len(mesh.faces)}
     return replace(result, mesh=mesh, report=Report({**result.report.sections, "refined": told}))
+
+
+def _compared(result: Any, truth: Any, points: int) -> Report:
+    """The report with every metric against the truth."""
+    from ..metrics import measure
+    from ..report import Report
+
+    measured = {metric.name: metric.value for metric in measure(result.mesh, truth, points=points)}
+    return Report({**result.report.sections, "measured": measured})
 
 
 def _file_rows(rows: Any, cloud: PointCloud) -> Any:
@@ -206,23 +224,27 @@ def _check_report(report: str, count: int) -> None:
     check_writable(report)
 
 
-def _write_report(path: str, result: Any, cloud: PointCloud, source: str, options: dict[str, Any], quiet: bool) -> None:
+def _write_report(
+    path: str,
+    result: Any,
+    told: Report,
+    cloud: PointCloud,
+    source: str,
+    truth: Any,
+    options: dict[str, Any],
+    quiet: bool,
+) -> None:
     from ..io.files import whole_file
-    from .work import Progress, interruptible
+    from .work import Progress
 
-    text = result.report.to_json() + "\n"
+    text = told.to_json() + "\n"
     if path.lower().endswith(".html"):
         from ..page import report_page
 
         kept = {key: value for key, value in options.items() if key not in ("weights", "no_clean", "refine")}
         kept |= {"clean": not options["no_clean"], "denoise": options["denoise"]}
         title = "standard input" if source == "-" else os.path.basename(source)
-        progress = Progress(quiet)
-        try:
-            text = interruptible(
-                lambda: report_page(result, cloud, title=title, options=kept, progress=progress), progress.tick
-            )
-        finally:
-            progress.close()
+        with Progress(quiet) as progress:
+            text = report_page(result, cloud, title=title, options=kept, reference=truth, progress=progress)
     with whole_file(path) as file:
         file.write(text.encode())

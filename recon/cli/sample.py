@@ -73,16 +73,13 @@ def sample(
 
     from ..contracts import InvalidInput
     from ..io import formats, write_points
-    from .work import interruptible
 
     formats.writer_for(out, target_format, formats.POINT_WRITERS)
     shape = named_surface(surface)
     how: Any = density if density in ("area", "curvature") else _ratio(density)
     try:
-        cloud = interruptible(
-            lambda: shape.sample(
-                count, density=how, spacing=spacing, noise=noise, noise_kind=noise_kind, outliers=outliers, rng=seed
-            )
+        cloud = shape.sample(
+            count, density=how, spacing=spacing, noise=noise, noise_kind=noise_kind, outliers=outliers, rng=seed
         )
     except ValueError as error:
         raise InvalidInput(f"{surface}: {error}") from error

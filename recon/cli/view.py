@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .front import PATH, shared, surface_names
+from .front import PATH, shared
 
 if TYPE_CHECKING:
     import numpy as np
@@ -32,17 +32,7 @@ Examples:
 @click.option(
     "-o", "--out", required=True, metavar="FILE", type=PATH, help="The page to write, HTML; - for standard output."
 )
-@click.option(
-    "--against",
-    metavar="FILE|SURFACE",
-    shell_complete=surface_names,
-    help="Colour by the distance from this: a mesh, points, or a surface of `recon sample --list`.",
-)
-@click.option(
-    "--weights", default="adaptive", metavar="adaptive|uniform|radius|FILE", show_default=True,
-    help="Squared radius of the ball around each point: from local density, none, from the radii in the file, or one "
-    "number a line in a file.",
-)  # fmt: skip
+@shared("against", "weights")
 @click.option("--alpha", type=float, help="Where to begin; by default at the alpha that is recommended.")
 @shared("drop", "from", "threads", "quiet")
 def view(
@@ -65,34 +55,29 @@ def view(
     from ..io.files import whole_file
     from ..page import view_page
     from .measure import truth_of
-    from .work import Progress, interruptible, note_memory
+    from .weights import from_option, resolve
+    from .work import Progress, note_memory
 
     check_writable(out)
     truth = None if against is None else truth_of(against)
     content, mesh = _read(cloud, source_format, drop_invalid)
     note_memory(cloud, len(content), quiet)
-    progress = Progress(quiet)
-
-    def work() -> str:
-        shown, reason = (mesh, None) if mesh is not None else _reconstructed(content, weights, threads, progress)
+    given = from_option(weights, content, cloud)
+    with Progress(quiet) as progress:
+        shown, reason = mesh, None
+        if mesh is None and weights != "radius":  # atoms are no samples of a surface
+            shown, reason = _reconstructed(content, given, threads, progress)
         progress("all alphas", 0.5)
-        w = _weights(weights, content)
-        kept = content.attributes
-        return view_page(
+        page = view_page(
             content.points,
-            w,
+            resolve(given, content, threads),
             mesh=shown,
             reference=truth,
             alpha=alpha,
-            attributes=kept,
+            attributes=content.attributes,
             title=_title(cloud),
             note=reason,
-        )
-
-    try:
-        page = interruptible(work, progress.tick).encode()
-    finally:
-        progress.close()
+        ).encode()
     with whole_file(out) as file:
         file.write(page)
     if not quiet and out != "-":
@@ -119,31 +104,15 @@ def _read(path: str, source_format: str | None, drop_invalid: bool) -> tuple[Poi
     return PointCloud(content.vertices, content.attributes, rows), replace(content, vertex_source=rows)
 
 
-def _weights(option: str, cloud: PointCloud) -> NDArray[np.float64] | None:
-    """Weights [L^2] that the option stands for; None for none."""
-    from ..contracts import InvalidInput
-    from ..io.molecules import ball_weights
-    from .weights import resolve
-
-    if option != "radius":
-        return resolve(option, cloud)
-    radius = cloud.attributes.get("radius")
-    if radius is None:
-        raise InvalidInput("--weights radius: the file gives no radii; PDB and XYZR files do")
-    return ball_weights(radius)
-
-
 def _reconstructed(
-    cloud: PointCloud, option: str, threads: int | None, progress: Progress
+    cloud: PointCloud, weights: str | NDArray[np.float64], threads: int | None, progress: Progress
 ) -> tuple[Mesh | None, str | None]:
-    """Make the mesh of a cloud that may have one; or say why there is none. Atoms are no samples of a surface."""
+    """Make the mesh of a cloud that may have one; or say why there is none."""
     from ..contracts import DegenerateInput
     from ..pipeline import reconstruct
-    from .weights import from_option
 
-    if cloud.points.shape[1] != 3 or option == "radius":
+    if cloud.points.shape[1] != 3:
         return None, None
-    weights = from_option(option, cloud)
     try:
         result = reconstruct(
             cloud.points, weights, threads=threads, progress=lambda stage, share: progress(f"mesh: {stage}", share / 2)

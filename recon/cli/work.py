@@ -1,4 +1,4 @@
-"""Long work: progress on the terminal, and Ctrl-C that acts at once even inside compiled code."""
+"""Long work: progress on the terminal, and the memory that it needs."""
 
 from __future__ import annotations
 
@@ -6,12 +6,9 @@ import math
 import sys
 import threading
 import time
-from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import Any
 
 from .front import complain
-
-Result = TypeVar("Result")
 
 _LARGE = 1_000_000  # points from which on the need for memory is worth a line
 _BASE, _PER_POINT = 300e6, 2500.0  # bytes; measured at 1,000,000 points: 1.7 GB for a mesh, 2.4 GB for all intervals
@@ -22,7 +19,8 @@ _SHARES = {"samples": 0.2, "weights": 0.02, "triangulation": 0.08, "surface": 0.
 class Progress:
     """A line on stderr with the stage, how far the whole is and the time left; silent unless stderr is a terminal.
 
-    What is left is told from the time that the stages before have taken, by the shares that stages usually have.
+    What is left is told from the time that the stages before have taken, by the shares that stages usually have. A
+    context: the line is gone at the end of it.
 
     Parameters
     ----------
@@ -34,6 +32,14 @@ class Progress:
         self._bar: Any = None
         self._begin = self._entered = time.monotonic()
         self._before, self._share = 0.0, 0.0
+        self._lock = threading.Lock()
+        self._over = threading.Event()
+
+    def __enter__(self) -> Progress:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
 
     def __call__(self, stage: str, fraction: float) -> None:
         """Say which stage begins, and how much of the whole is done, 0 to 1."""
@@ -46,17 +52,35 @@ class Progress:
             self._bar = tqdm(
                 total=1.0, desc=stage, bar_format=pattern, leave=False, file=sys.stderr, dynamic_ncols=True
             )
+            threading.Thread(target=self._keep_ticking, daemon=True).start()
         stages = list(_SHARES)
-        self._before = sum(_SHARES[name] for name in stages[: stages.index(stage)]) if stage in _SHARES else fraction
-        self._share = _SHARES.get(stage, 0.0)
-        self._entered = time.monotonic()
-        self._bar.set_description_str(stage, refresh=False)
+        with self._lock:
+            known = stage in _SHARES
+            self._before = sum(_SHARES[name] for name in stages[: stages.index(stage)]) if known else fraction
+            self._share = _SHARES.get(stage, 0.0)
+            self._entered = time.monotonic()
+            self._bar.set_description_str(stage, refresh=False)
         self.tick()
 
     def tick(self) -> None:
         """Bring the line up to date."""
-        if self._bar is None:
-            return
+        with self._lock:
+            if self._bar is not None:
+                self._draw()
+
+    def close(self) -> None:
+        """Take the line away."""
+        self._over.set()
+        with self._lock:
+            if self._bar is not None:
+                self._bar.close()
+                self._bar = None
+
+    def _keep_ticking(self) -> None:
+        while not self._over.wait(0.2):
+            self.tick()
+
+    def _draw(self) -> None:
         inside = time.monotonic() - self._entered
         done, left = self._before, ""
         if self._before > 0.0:
@@ -67,37 +91,6 @@ class Progress:
         self._bar.n = min(1.0, max(0.0, done))
         self._bar.set_postfix_str(left, refresh=False)
         self._bar.refresh()
-
-    def close(self) -> None:
-        """Take the line away."""
-        if self._bar is not None:
-            self._bar.close()
-            self._bar = None
-
-
-def interruptible(work: Callable[[], Result], tick: Callable[[], None] = lambda: None) -> Result:
-    """Run `work` in a thread of its own and give its result or raise its error; `tick` is called now and then meanwhile.
-
-    Compiled code does not look for signals, but it runs without the interpreter lock: the main thread stays free to be
-    interrupted. The thread is a daemon named ``recon-work``; whoever handles the interruption must not wait for it.
-    """
-    results: list[Result] = []
-    errors: list[BaseException] = []
-
-    def run() -> None:
-        try:
-            results.append(work())
-        except BaseException as error:  # handed to the main thread, nothing is swallowed
-            errors.append(error)
-
-    thread = threading.Thread(target=run, name="recon-work", daemon=True)
-    thread.start()
-    while thread.is_alive():
-        thread.join(0.1)
-        tick()
-    if errors:
-        raise errors[0]
-    return results[0]
 
 
 def note_memory(source: str, points: int, quiet: bool) -> None:

@@ -7,6 +7,7 @@ import os
 import stat
 import sys
 import tempfile
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO
@@ -14,6 +15,8 @@ from typing import BinaryIO
 from ..contracts import InvalidInput
 
 STREAM = "-"
+_unfinished: set[str] = set()  # files that are being written, under their temporary names
+_lock = threading.Lock()  # held while one is made and noted
 
 
 def display_name(path: str | os.PathLike[str], stream: str = "standard input") -> str:
@@ -66,11 +69,11 @@ def check_writable(path: str | os.PathLike[str]) -> None:
         raise InvalidInput(f"{name}: is write-protected")
     if _is_regular(target):
         try:
-            handle, probe = tempfile.mkstemp(prefix=".recon-", dir=folder)
+            handle, probe = _temporary(folder)
         except OSError as error:
             raise InvalidInput(f"{name}: cannot be written ({_reason(error)})") from error
         os.close(handle)
-        os.unlink(probe)
+        _discard(probe)
 
 
 @contextlib.contextmanager
@@ -92,7 +95,7 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
         return
     target = os.path.realpath(path)
     check_writable(path)
-    handle, temporary = tempfile.mkstemp(prefix=".recon-", suffix=".part", dir=os.path.dirname(target))
+    handle, temporary = _temporary(os.path.dirname(target))
     try:
         with os.fdopen(handle, "wb") as file:
             yield file
@@ -100,6 +103,7 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
             os.fsync(file.fileno())
         os.chmod(temporary, _mode(target))
         os.replace(temporary, target)
+        _unfinished.discard(temporary)
     except OSError as error:
         _discard(temporary)
         raise InvalidInput(f"{os.fspath(path)}: cannot be written ({_reason(error)})") from error
@@ -124,9 +128,25 @@ def _directly(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
         raise InvalidInput(f"{display_name(path, 'standard output')}: cannot be written ({_reason(error)})") from error
 
 
+def discard_unfinished() -> None:
+    """Remove all that is half-written, and let nothing new be begun: the process must end after this."""
+    _lock.acquire()
+    for temporary in list(_unfinished):
+        with contextlib.suppress(OSError):
+            os.unlink(temporary)
+
+
+def _temporary(folder: str) -> tuple[int, str]:
+    with _lock:
+        handle, temporary = tempfile.mkstemp(prefix=".recon-", suffix=".part", dir=folder)
+        _unfinished.add(temporary)
+    return handle, temporary
+
+
 def _discard(temporary: str) -> None:
     with contextlib.suppress(FileNotFoundError):
         os.unlink(temporary)
+    _unfinished.discard(temporary)
 
 
 def _is_regular(target: str) -> bool:
