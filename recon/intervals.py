@@ -193,9 +193,8 @@ class Family:
         cells = len(triangulation.cells) if triangulation.dimension == 3 else 0
         count = n - len(triangulation.hidden) + len(faces.rho) - cells - 1
         starts, rows, _, code, reals = self._arrays(count, 2, 3)
-        scratch = np.empty(n + 2, np.int64), np.empty((len(faces.rho), 3))
         level = faces.simplices, faces.starts, faces.rho, faces.mu_lower, faces.mu_upper, faces.code
-        status = kernels.edges_of_triangles(points, integral, *level, *scratch, rows, starts, code, reals)
+        status = kernels.edges_of_triangles(points, integral, *level, rows, starts, code, reals)
         if status:
             raise InvalidInput("triangulation: not of a ball, as its Euler characteristic is not 1")
         rho, lower, upper = reals

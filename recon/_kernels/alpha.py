@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from .compile import kernel
-from .sizes import edge, tetrahedron, triangle
+from .sizes import BLOCK, measure
 
 ATTACHED, HULL = 64, 128
 
@@ -30,20 +30,22 @@ def _sorted_slots(cells, i):
 @kernel
 def measure_tetrahedra(scaled, integral, cells, rho, conflict):
     """Fill in, by cell, its size, and bits by slot: is the facet opposite attached for this cell's sake?"""
-    for i in range(len(cells)):
-        a, b, c, d = _sorted_slots(cells, i)
-        p, q, r, s = a >> 2, b >> 2, c >> 2, d >> 2
-        rho[i], code = tetrahedron(
-            scaled[p, 0], scaled[p, 1], scaled[p, 2], scaled[p, 3], scaled[q, 0], scaled[q, 1], scaled[q, 2],
-            scaled[q, 3], scaled[r, 0], scaled[r, 1], scaled[r, 2], scaled[r, 3], scaled[s, 0], scaled[s, 1],
-            scaled[s, 2], scaled[s, 3], integral,
-        )  # fmt: skip
-        if code >> 4:
-            conflict[i] = 15  # impossible, as coordinates add up to one: to be settled
-        else:
-            conflict[i] = (
-                (code & 1) << (a & 3) | (code >> 1 & 1) << (b & 3) | (code >> 2 & 1) << (c & 3) | (code >> 3) << (d & 3)
-            )
+    rows, slots = np.empty((BLOCK, 4), np.int32), np.empty(BLOCK, np.uint8)
+    corners, signs = np.empty((16, BLOCK)), np.empty(BLOCK, np.int64)
+    for first in range(0, len(cells), BLOCK):
+        count = min(BLOCK, len(cells) - first)
+        for k in range(count):
+            a, b, c, d = _sorted_slots(cells, first + k)
+            rows[k, 0], rows[k, 1], rows[k, 2], rows[k, 3] = a >> 2, b >> 2, c >> 2, d >> 2
+            slots[k] = (a & 3) | (b & 3) << 2 | (c & 3) << 4 | (d & 3) << 6
+        measure(scaled, integral, rows, count, corners, rho[first:], signs)
+        for k in range(count):
+            code, slot = signs[k], slots[k]
+            bits = 15  # impossible, as coordinates add up to one: to be settled
+            if code >> 4 == 0:
+                bits = (code & 1) << (slot & 3) | (code >> 1 & 1) << (slot >> 2 & 3)
+                bits |= (code >> 2 & 1) << (slot >> 4 & 3) | (code >> 3) << (slot >> 6)
+            conflict[first + k] = bits
 
 
 @kernel
@@ -63,35 +65,40 @@ def count_facets(cells, neighbors, starts):
 @kernel
 def facets_of_tetrahedra(scaled, integral, cells, neighbors, cell_rho, conflict, starts, rows, owner, code, reals):
     """Fill in facets, bucket by bucket of first vertex: vertices, 4 cell + slot opposite, code; rho, lower, upper."""
-    place = np.empty(len(starts) - 1, np.int64)
-    for v in range(len(place)):
-        place[v] = starts[v]
-    for i in range(len(cells)):
-        a, b, c, d = _sorted_slots(cells, i)
-        for j in range(4):
-            slot = (a if j == 0 else (b if j == 1 else (c if j == 2 else d))) & 3
+    place = starts[:-1].copy()
+    triangles, sides = np.empty((BLOCK, 3), np.int32), np.empty(BLOCK, np.int64)
+    corners, rho, signs = np.empty((16, BLOCK)), np.empty(BLOCK), np.empty(BLOCK, np.int64)
+    for first in range(0, len(cells), BLOCK // 4):
+        count = 0
+        for i in range(first, min(first + BLOCK // 4, len(cells))):
+            a, b, c, d = _sorted_slots(cells, i)
+            for j in range(4):
+                slot = (a if j == 0 else (b if j == 1 else (c if j == 2 else d))) & 3
+                if not 0 <= neighbors[i, slot] < i:
+                    triangles[count, 0] = (b if j == 0 else a) >> 2
+                    triangles[count, 1], triangles[count, 2] = (b if j > 1 else c) >> 2, (c if j > 2 else d) >> 2
+                    sides[count] = 4 * i + slot
+                    count += 1
+        measure(scaled, integral, triangles, count, corners, rho, signs)
+        for k in range(count):
+            i, slot = sides[k] >> 2, sides[k] & 3
             other = np.int64(neighbors[i, slot])
-            if 0 <= other < i:
-                continue
-            p, q, r = (b if j == 0 else a) >> 2, (b if j > 1 else c) >> 2, (c if j > 2 else d) >> 2
-            rho, signs = triangle(
-                scaled[p, 0], scaled[p, 1], scaled[p, 2], scaled[p, 3], scaled[q, 0], scaled[q, 1], scaled[q, 2],
-                scaled[q, 3], scaled[r, 0], scaled[r, 1], scaled[r, 2], scaled[r, 3], integral,
-            )  # fmt: skip
-            signs = 7 if signs >> 4 else signs
+            bits = 7 if signs[k] >> 4 else signs[k]
             attached = conflict[i] >> slot & 1
             lower, upper = cell_rho[i], math.inf
             if other < 0:
-                signs |= HULL | 56
+                bits |= HULL | 56
             else:
                 lower, upper = min(lower, cell_rho[other]), max(lower, cell_rho[other])
                 for s in range(4):
                     if neighbors[other, s] == i:
                         attached |= conflict[other] >> s & 1
-            f = place[p]
-            place[p] += 1
-            rows[f, 0], rows[f, 1], rows[f, 2], owner[f], code[f] = p, q, r, 4 * i + slot, signs | attached * ATTACHED
-            reals[0, f], reals[1, f], reals[2, f] = rho, lower, upper
+            f = place[triangles[k, 0]]
+            place[triangles[k, 0]] += 1
+            for j in range(3):
+                rows[f, j] = triangles[k, j]
+            owner[f], code[f] = sides[k], bits | attached * ATTACHED
+            reals[0, f], reals[1, f], reals[2, f] = rho[k], lower, upper
 
 
 @kernel
@@ -110,9 +117,7 @@ def count_cells(cells, starts):
 @kernel
 def bucket_cells(cells, cell_rho, starts, rows, owner, reals):
     """Fill in tetrahedra that are cells, bucket by bucket of first vertex: vertices, the cell; its size."""
-    place = np.empty(len(starts) - 1, np.int64)
-    for v in range(len(place)):
-        place[v] = starts[v]
+    place = starts[:-1].copy()
     for i in range(len(cells)):
         a, b, c, d = _sorted_slots(cells, i)
         f = place[a >> 2]
@@ -164,58 +169,62 @@ def sort_buckets(starts, rows, owner, code, reals):
 @kernel
 def measure_triangles(scaled, integral, cells, neighbors, starts, rows, owner, code, reals):
     """Fill in triangles that are cells, bucket by bucket of first vertex: vertices, the cell, code; size."""
-    place = np.empty(len(starts) - 1, np.int64)
-    for v in range(len(place)):
-        place[v] = starts[v]
-    for i in range(len(cells)):
-        a, b = np.int64(cells[i, 0]) << 2, np.int64(cells[i, 1]) << 2 | 1
-        c = np.int64(cells[i, 2]) << 2 | 2
-        a, b = min(a, b), max(a, b)
-        b, c = min(b, c), max(b, c)
-        a, b = min(a, b), max(a, b)
-        p, q, r = a >> 2, b >> 2, c >> 2
-        rho, signs = triangle(
-            scaled[p, 0], scaled[p, 1], scaled[p, 2], scaled[p, 3], scaled[q, 0], scaled[q, 1], scaled[q, 2],
-            scaled[q, 3], scaled[r, 0], scaled[r, 1], scaled[r, 2], scaled[r, 3], integral,
-        )  # fmt: skip
-        hull = (neighbors[i, a & 3] < 0) << 3 | (neighbors[i, b & 3] < 0) << 4 | (neighbors[i, c & 3] < 0) << 5
-        f = place[p]
-        place[p] += 1
-        rows[f, 0], rows[f, 1], rows[f, 2], owner[f], code[f] = p, q, r, i, (7 if signs >> 4 else signs) | hull
-        reals[0, f] = rho
+    place = starts[:-1].copy()
+    triangles, slots = np.empty((BLOCK, 3), np.int32), np.empty((BLOCK, 3), np.int32)
+    corners, rho, signs = np.empty((16, BLOCK)), np.empty(BLOCK), np.empty(BLOCK, np.int64)
+    for first in range(0, len(cells), BLOCK):
+        count = min(BLOCK, len(cells) - first)
+        for k in range(count):
+            a, b = np.int64(cells[first + k, 0]) << 2, np.int64(cells[first + k, 1]) << 2 | 1
+            c = np.int64(cells[first + k, 2]) << 2 | 2
+            a, b = min(a, b), max(a, b)
+            b, c = min(b, c), max(b, c)
+            a, b = min(a, b), max(a, b)
+            triangles[k, 0], triangles[k, 1], triangles[k, 2] = a >> 2, b >> 2, c >> 2
+            slots[k, 0], slots[k, 1], slots[k, 2] = a & 3, b & 3, c & 3
+        measure(scaled, integral, triangles, count, corners, rho, signs)
+        for k in range(count):
+            bits = 7 if signs[k] >> 4 else signs[k]
+            f = place[triangles[k, 0]]
+            place[triangles[k, 0]] += 1
+            for j in range(3):
+                rows[f, j] = triangles[k, j]
+                bits |= (neighbors[first + k, slots[k, j]] < 0) << (3 + j)
+            owner[f], code[f], reals[0, f] = first + k, bits, rho[k]
 
 
 @kernel
-def edges_of_triangles(
-    scaled, integral, rows, starts, rho, lower, upper, code, middle, records, edges, edge_starts, edge_code, reals
-):
+def edges_of_triangles(scaled, integral, rows, starts, rho, lower, upper, code, edges, edge_starts, edge_code, reals):
     """Fill in the level of edges, lexicographic, from that of triangles; status 1 where their number does not fit.
 
-    Reals are rho, lower, upper. Scratch: `middle` (n+2,); `records` (s, 3), triangles by middle vertex: last vertex and
-    code, entry, upper bound.
+    Reals are rho, lower, upper. Triangles are looked at from their first vertex, in order, and from their middle one: for
+    that, block by block of middle vertices, they are put into records: last vertex and code, entry, upper bound.
     """
     n = len(starts) - 1
-    middle[:] = 0
+    middle = np.zeros(n + 2, np.int64)
     for f in range(len(rows)):
         middle[rows[f, 1] + 2] += 1
-    longest = 0
+    longest, room = 0, len(rows) // 8 + 1
     for v in range(n):
-        longest = max(longest, 2 * (starts[v + 1] - starts[v]) + middle[v + 2])
+        longest, room = max(longest, 2 * (starts[v + 1] - starts[v]) + middle[v + 2]), max(room, middle[v + 2])
         middle[v + 2] += middle[v + 1]
-    for f in range(len(rows)):
-        v = rows[f, 1]
-        k = middle[v + 1]
-        middle[v + 1] += 1
-        records[k, 0] = rows[f, 2] * 256.0 + code[f]
-        records[k, 1], records[k, 2] = lower[f] if code[f] & ATTACHED else rho[f], upper[f]
 
-    slot = np.empty(n, np.int32)
-    for v in range(n):
-        slot[v] = -1
+    slot = np.full(n, -1, np.int32)
     ends, least, most = np.empty(longest, np.int32), np.empty(longest), np.empty(longest)
-    flags = np.empty(longest, np.uint8)
-    e = 0
+    flags, records = np.empty(longest, np.uint8), np.empty((room, 3))
+    e, done = 0, 0  # edges; vertices whose triangles are in the records, or were
+    base = 0
     for v in range(n):
+        if v == done:
+            base = middle[v + 1]
+            while done < n and middle[done + 2] - base <= room:
+                done += 1
+            for f in range(starts[done]):
+                if v <= rows[f, 1] < done:
+                    k = middle[rows[f, 1] + 1]
+                    middle[rows[f, 1] + 1] += 1
+                    records[k - base, 0] = rows[f, 2] * 256.0 + code[f]
+                    records[k - base, 1], records[k - base, 2] = lower[f] if code[f] & ATTACHED else rho[f], upper[f]
         edge_starts[v] = e
         size = 0
         own = 2 * (starts[v + 1] - starts[v])  # visits: to triangles it is first in, for both edges; then middle in
@@ -226,7 +235,7 @@ def edges_of_triangles(
                 if bits & ATTACHED:
                     entry = lower[f]
             else:
-                f, j = middle[v] + t - own, 0
+                f, j = middle[v] + t - own - base, 0
                 bits, entry, bound = np.int64(records[f, 0]), records[f, 1], records[f, 2]
                 u, bits = bits >> 8, bits & 255
             k = slot[u]
@@ -253,17 +262,19 @@ def edges_of_triangles(
                 ends[k], least[k], most[k], flags[k] = u, x, y, z
             gap //= 3
         for k in range(size):
-            u, bits = ends[k], flags[k]
-            reals[0, e], signs = edge(
-                scaled[v, 0], scaled[v, 1], scaled[v, 2], scaled[v, 3],
-                scaled[u, 0], scaled[u, 1], scaled[u, 2], scaled[u, 3], integral,
-            )  # fmt: skip
-            edges[e, 0], edges[e, 1] = v, u
-            reals[1, e], reals[2, e] = least[k], math.inf if bits & HULL else most[k]
-            edge_code[e] = bits | (3 if signs >> 4 else signs)
+            edges[e, 0], edges[e, 1], edge_code[e] = v, ends[k], flags[k]
+            reals[1, e], reals[2, e] = least[k], math.inf if flags[k] & HULL else most[k]
             e += 1
     edge_starts[n] = e
-    return 0 if e == len(edges) else 1
+    if e < len(edges):
+        return 1
+    corners, signs = np.empty((16, BLOCK)), np.empty(BLOCK, np.int64)
+    for first in range(0, e, BLOCK):
+        count = min(BLOCK, e - first)
+        measure(scaled, integral, edges[first:], count, corners, reals[0, first:], signs)
+        for k in range(count):
+            edge_code[first + k] |= 3 if signs[k] >> 4 else signs[k]
+    return 0
 
 
 @kernel

@@ -7,60 +7,61 @@ import math
 import numpy as np
 
 from .compile import kernel
+from .sizes import BLOCK, gather
 
 _U = 2.0**-53
+
+
+@kernel(inline="late")
+def _verdict(x, y, z, w, ax, ay, az, wa, bx, by, bz, wb, cx, cy, cz, wc, alpha):
+    """Verdict on one cell, as in `cells_in`: compared are |N|^2 and 4 det^2 (w_0 + alpha) of `sizes.tetrahedron`."""
+    ax, ay, az, bx, by, bz, cx, cy, cz = ax - x, ay - y, az - z, bx - x, by - y, bz - z, cx - x, cy - y, cz - z
+    da, db, dc = ax * ax + ay * ay + az * az, bx * bx + by * by + bz * bz, cx * cx + cy * cy + cz * cz
+    ha, hb, hc = da + (w - wa), db + (w - wb), dc + (w - wc)
+    ux, uy, uz = by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx
+    vx, vy, vz = cy * az - cz * ay, cz * ax - cx * az, cx * ay - cy * ax
+    tx, ty, tz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    nx, ny, nz = ha * ux + hb * vx + hc * tx, ha * uy + hb * vy + hc * ty, ha * uz + hb * vz + hc * tz
+    det = ax * ux + ay * uy + az * uz
+    nn, dd = nx * nx + ny * ny + nz * nz, det * det
+    ba, bb, bc = da + abs(w - wa), db + abs(w - wb), dc + abs(w - wc)
+    ma, mb, mc = db * dc, dc * da, da * db
+    bulk, volume = 3 * (ba * ba * ma + bb * bb * mb + bc * bc * mc), da * ma  # squares of those in `sizes`
+    power = w + alpha
+    largest = max(max(abs(w), abs(wa)), max(abs(wb), abs(wc)))
+    gap = nn - 4 * dd * power
+    error = (
+        64
+        * _U
+        * (math.sqrt(nn * bulk) + 2.0**-48 * bulk + 4 * abs(power) * (math.sqrt(dd * volume) + 2.0**-48 * volume))
+    )
+    error += 2.0**-30 * dd * (abs(alpha) + largest)  # the error of sizes, with room
+    p1, p2, p3 = nx * ux + ny * uy + nz * uz, nx * vx + ny * vy + nz * vz, nx * tx + ny * ty + nz * tz
+    p0 = 2 * dd - p1 - p2 - p3
+    e1, e2, e3 = bulk * ma, bulk * mb, bulk * mc
+    e0 = 8 * (e1 + e2 + e3 + volume * (dd + 2.0**-90 * volume))
+    small = (64 * _U) ** 2
+    outer = ((p0 < 0) & (p0 * p0 > small * e0)) << 4 | ((p1 < 0) & (p1 * p1 > small * e1)) << 5
+    outer |= ((p2 < 0) & (p2 * p2 > small * e2)) << 6 | ((p3 < 0) & (p3 * p3 > small * e3)) << 7
+    certain = (abs(gap) > error) & (2.0**-400 < bulk) & (bulk < 2.0**400) & (volume > 2.0**-400)
+    return (1 if gap < 0 else outer) if certain else 2
 
 
 @kernel
 def cells_in(scaled, cells, alpha, verdict):
     """Fill in (m,): is the size of the cell at most alpha (1), greater (0), or too close to tell (2)?
 
-    Of outer cells, bit 4 + slot is set where the facet opposite is certainly attached for the cell's sake. Compared are
-    |N|^2 and 4 det^2 (w_0 + alpha), as in `sizes.tetrahedron` but in any order of vertices and without roots.
+    Of outer cells, bit 4 + slot is set where the facet opposite is certainly attached for the cell's sake.
     """
-    for i in range(len(cells)):
-        p, q, r, s = np.int64(cells[i, 0]), np.int64(cells[i, 1]), np.int64(cells[i, 2]), np.int64(cells[i, 3])
-        x, y, z, w = scaled[p, 0], scaled[p, 1], scaled[p, 2], scaled[p, 3]
-        ax, ay, az = scaled[q, 0] - x, scaled[q, 1] - y, scaled[q, 2] - z
-        bx, by, bz = scaled[r, 0] - x, scaled[r, 1] - y, scaled[r, 2] - z
-        cx, cy, cz = scaled[s, 0] - x, scaled[s, 1] - y, scaled[s, 2] - z
-        wa, wb, wc = scaled[q, 3], scaled[r, 3], scaled[s, 3]
-        da, db, dc = ax * ax + ay * ay + az * az, bx * bx + by * by + bz * bz, cx * cx + cy * cy + cz * cz
-        ha, hb, hc = da + (w - wa), db + (w - wb), dc + (w - wc)
-        ux, uy, uz = by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx
-        vx, vy, vz = cy * az - cz * ay, cz * ax - cx * az, cx * ay - cy * ax
-        tx, ty, tz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
-        nx, ny, nz = ha * ux + hb * vx + hc * tx, ha * uy + hb * vy + hc * ty, ha * uz + hb * vz + hc * tz
-        det = ax * ux + ay * uy + az * uz
-        nn, dd = nx * nx + ny * ny + nz * nz, det * det
-        ba, bb, bc = da + abs(w - wa), db + abs(w - wb), dc + abs(w - wc)
-        ma, mb, mc = db * dc, dc * da, da * db
-        bulk, volume = 3 * (ba * ba * ma + bb * bb * mb + bc * bc * mc), da * ma  # squares of those in `sizes`
-        power = w + alpha
-        largest = max(max(abs(w), abs(wa)), max(abs(wb), abs(wc)))
-        gap = nn - 4 * dd * power
-        error = (
-            64
-            * _U
-            * (math.sqrt(nn * bulk) + 2.0**-48 * bulk + 4 * abs(power) * (math.sqrt(dd * volume) + 2.0**-48 * volume))
-        )
-        error += 2.0**-30 * dd * (abs(alpha) + largest)  # the error of sizes, with room
-        if not (abs(gap) > error and 2.0**-400 < bulk < 2.0**400 and volume > 2.0**-400):
-            verdict[i] = 2
-        elif gap < 0:
-            verdict[i] = 1
-        else:
-            p1, p2, p3 = nx * ux + ny * uy + nz * uz, nx * vx + ny * vy + nz * vz, nx * tx + ny * ty + nz * tz
-            p0 = 2 * dd - p1 - p2 - p3
-            e1, e2, e3 = bulk * ma, bulk * mb, bulk * mc
-            e0 = 8 * (e1 + e2 + e3 + volume * (dd + 2.0**-90 * volume))
-            small = (64 * _U) ** 2
-            verdict[i] = (
-                (p0 < 0 and p0 * p0 > small * e0) << 4
-                | (p1 < 0 and p1 * p1 > small * e1) << 5
-                | (p2 < 0 and p2 * p2 > small * e2) << 6
-                | (p3 < 0 and p3 * p3 > small * e3) << 7
-            )
+    c = np.empty((16, BLOCK))
+    for first in range(0, len(cells), BLOCK):
+        count = min(BLOCK, len(cells) - first)
+        gather(scaled, cells[first:], count, c)
+        for i in range(count):
+            verdict[first + i] = _verdict(
+                c[0, i], c[1, i], c[2, i], c[3, i], c[4, i], c[5, i], c[6, i], c[7, i],
+                c[8, i], c[9, i], c[10, i], c[11, i], c[12, i], c[13, i], c[14, i], c[15, i], alpha,
+            )  # fmt: skip
 
 
 @kernel

@@ -28,14 +28,16 @@ _KERNEL_IMPORT = re.compile(r"^\s*from (\.|recon\._kernels\.)(\w+) import", re.M
 _OURS: set[int] = set()  # ids of our dispatchers, which live as long as the process
 
 
-def kernel(function: Callable | None = None, *, inline: Literal["never", "always"] = "never") -> Any:
+def kernel(function: Callable | None = None, *, inline: Literal["never", "always", "late"] = "never") -> Any:
     """Compile a function to machine code on first use (numba), without the interpreter lock, exact arithmetic untouched.
 
     Parameters
     ----------
     function : callable
-    inline : {"never", "always"}
-        "always" pastes the body into the caller: for what must see an array inside a hot loop.
+    inline : {"never", "always", "late"}
+        "always" pastes the body into the caller: for what must see an array inside a hot loop. "late" does so after
+        numba is done with it: for arithmetic without a return or a short circuit on the way, whose loops become vector
+        instructions.
 
     Returns
     -------
@@ -54,7 +56,12 @@ def kernel(function: Callable | None = None, *, inline: Literal["never", "always
         theirs, config.CACHE_DIR = config.CACHE_DIR, str(folder or "")
         try:
             compiled = numba.njit(
-                function, nogil=True, inline=inline, error_model="numpy", cache=folder is not None and inline == "never"
+                function,
+                nogil=True,
+                inline="always" if inline == "always" else "never",
+                forceinline=inline == "late",
+                error_model="numpy",
+                cache=folder is not None and inline == "never",
             )
         finally:
             config.CACHE_DIR = theirs

@@ -44,23 +44,24 @@ def first_cells(d: int, simplex: NDArray[np.int64], infinite: int) -> NDArray[np
 
 
 @kernel
-def finish(words, used, width, index):
-    """Give vertices, by input row, and neighbours, by cell or NONE on the hull, of all finite cells."""
-    infinite = np.uint32(index.size)
-    place = np.empty(used, np.uint32)
+def number_finite(words, width, infinite, place):
+    """Fill in the number of every finite cell, NONE for others, and give how many there are."""
     count = 0
-    for c in range(used):
+    for c in range(place.size):
         finite = words[8 * c] != NONE
         for k in range(width):
             finite = finite and words[8 * c + k] != infinite
         place[c] = count if finite else NONE
         count += 1 if finite else 0
-    cells = np.empty((count, width), np.uint32)
-    neighbors = np.empty((count, width), np.uint32)
-    for c in range(used):
+    return count
+
+
+@kernel
+def finish(words, place, index, cells, neighbors):
+    """Fill in vertices, by input row, and neighbours, by cell or NONE on the hull, of all finite cells."""
+    for c in range(place.size):
         new = place[c]
         if new != NONE:
-            for k in range(width):
+            for k in range(cells.shape[1]):
                 cells[new, k] = index[words[8 * c + k]]
                 neighbors[new, k] = place[words[8 * c + 4 + k] >> np.uint32(3)]
-    return cells, neighbors
