@@ -38,13 +38,16 @@ class Layer {
     world.scene.add(this.object);
   }
   drawn(starts, sizes) {
-    const index = this.geometry.index, end = starts[starts.length - 1] + sizes[sizes.length - 1];
+    const { index } = this.geometry;
     index.clearUpdateRanges();
-    if (end) index.addUpdateRange(0, end);
-    index.needsUpdate = end > 0;
     this.geometry.clearGroups();
-    sizes.forEach((size, k) => { if (size) this.geometry.addGroup(starts[k], size, k); });
-    this.object.visible = end > 0;
+    sizes.forEach((size, k) => {
+      if (!size) return;
+      index.addUpdateRange(starts[k], size);
+      this.geometry.addGroup(starts[k], size, k);
+    });
+    this.object.visible = this.geometry.groups.length > 0;
+    index.needsUpdate = this.object.visible;
   }
 }
 

@@ -31,7 +31,7 @@ class App {
   makeLayers() {
     const { world, arrays, family } = this;
     if (family) {
-      const width = family.facets.length, capacity = width * family.first.length;
+      const { width } = family, capacity = width * family.first.length;
       world.layers.facets = new Layer(world, width, capacity, CLASSES.map((name) => world.materialOf(width, name)));
       if (family.cells) {
         world.layers.cells = new Layer(world, width + 1, (width + 1) * family.entries.length, [world.materialOf(width + 1, "interior")]);
