@@ -198,11 +198,12 @@ def test_memory_is_estimated_for_large_clouds_only(monkeypatch):
     from recon.cli import work
 
     monkeypatch.setattr(work, "_memory_available", lambda: 8e9)
-    assert work.memory_needed(999_999) is None
-    assert work.memory_needed(1_000_000) == "1,000,000 points take about 2.8 GB of memory, 8.0 GB are free"
-    assert work.memory_needed(10_000_000).endswith("; this may fail")
+    assert work.memory_needed(999_999, "mesh") is None
+    assert work.memory_needed(1_000_000, "mesh") == "1,000,000 points take about 1.8 GB of memory, 8.0 GB are free"
+    assert "3.8 GB of" in work.memory_needed(1_000_000, "family")
+    assert work.memory_needed(10_000_000, "mesh").endswith("; this may fail")
     monkeypatch.setattr(work, "_memory_available", lambda: 1e8)
-    assert work.memory_needed(1000).endswith("; this may fail")
+    assert work.memory_needed(1000, "mesh").endswith("; this may fail")
 
 
 BUSY = """

@@ -81,7 +81,7 @@ def alphas(
     from .work import note_memory
 
     cloud = read_points(file, format=source_format, drop_invalid=drop_invalid)
-    note_memory(file, len(cloud), quiet)
+    note_memory(file, len(cloud), quiet, "family")
 
     family = alpha_complex(cloud.points, resolve(from_option(weights, cloud, file), cloud, threads))
     dimension = family.dimension
@@ -160,7 +160,10 @@ def _ranges(
     if number is None:
         return critical, np.append(critical[1:], math.inf)
     numbers = family.betti(critical)
-    first = np.flatnonzero(np.append(True, (np.diff(numbers, axis=0) != 0).any(axis=1)))
+    changes = np.append(True, np.zeros(len(critical) - 1, bool))
+    for column in numbers.T:
+        changes[1:] |= column[1:] != column[:-1]
+    first = np.flatnonzero(changes)
     starts, stops = critical[first], np.append(critical[first[1:]], math.inf)
     settled = starts >= np.median(family.entry(0))
     ratio = np.zeros(len(starts))

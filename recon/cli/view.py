@@ -61,7 +61,7 @@ def view(
     check_writable(out)
     truth = None if against is None else truth_of(against)
     content, mesh = _read(cloud, source_format, drop_invalid)
-    note_memory(cloud, len(content), quiet)
+    note_memory(cloud, len(content), quiet, "page")
     given = from_option(weights, content, cloud)
     with Progress(quiet) as progress:
         shown, reason = mesh, None

@@ -11,7 +11,9 @@ from typing import Any
 from .front import complain
 
 _LARGE = 1_000_000  # points from which on the need for memory is worth a line
-_BASE, _PER_POINT = 300e6, 2500.0  # bytes; measured at 1,000,000 points: 1.7 GB for a mesh, 2.4 GB for all intervals
+# Bytes, and bytes a point: lines through the greatest size of the process, measured at 100,000 and at 1,000,000 points on a torus of
+# density ratio 10 (pages: 700,000), which were 0.38 and 1.82 GB, 0.53 and 3.77 GB, 0.74 and 4.85 GB.
+_NEED = {"mesh": (220e6, 1600.0), "family": (170e6, 3600.0), "page": (60e6, 6850.0)}
 # Of the time that `recon.reconstruct` takes, by stage; between those measured at 60,000 and at 1,000,000 points.
 _SHARES = {"samples": 0.2, "weights": 0.02, "triangulation": 0.08, "surface": 0.4, "clean": 0.22, "report": 0.08}
 
@@ -93,16 +95,20 @@ class Progress:
         self._bar.refresh()
 
 
-def note_memory(source: str, points: int, quiet: bool) -> None:
-    """Say about how much memory the work takes and how much there is; nothing for clouds that are not large."""
-    note = memory_needed(points)
+def note_memory(source: str, points: int, quiet: bool, work: str = "mesh") -> None:
+    """Say about how much memory the work takes and how much there is; nothing for clouds that are not large.
+
+    The work is a mesh, the whole family of shapes, or a page with all of it.
+    """
+    note = memory_needed(points, work)
     if note and not quiet:
         complain(f"{source}: {note}")
 
 
-def memory_needed(points: int) -> str | None:
+def memory_needed(points: int, work: str) -> str | None:
     """Give the words of `note_memory`."""
-    need = _BASE + _PER_POINT * points
+    base, per_point = _NEED[work]
+    need = base + per_point * points
     free = _memory_available()
     if points < _LARGE and (free is None or need < free):
         return None
