@@ -145,6 +145,8 @@ def test_an_impossible_output_is_refused_before_any_work(cloud, tmp_path, monkey
         (("torus.ply", "m.ply", "--report", "r.docx"), "should end in .json"),
         (("torus.ply", "m.ply", "--surface", "flat"), "--surface"),
         (("torus.ply", "m.ply", "--threads", "0"), "--threads"),
+        (("torus.ply", "m.ply", "--alpha", "nan"), "nan is no squared length"),
+        (("torus.ply", "m.ply", "--alpha", "-1e300"), "-1e300 is no squared length"),
     ],
 )
 def test_senseless_requests_are_usage_errors_before_any_work(cloud, tmp_path, monkeypatch, no_work, args, part):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .front import PATH, print_table, shared
+from .front import PATH, Alpha, print_table, shared
 
 if TYPE_CHECKING:
     import numpy as np
@@ -34,7 +34,7 @@ _NAMES = {2: ("pieces", "holes", "edges"), 3: ("pieces", "tunnels", "voids", "fa
 @click.option(
     "--at",
     "chosen",
-    type=float,
+    type=Alpha(),
     multiple=True,
     metavar="ALPHA",
     help="Describe the shape at this alpha; may be repeated.",

@@ -20,6 +20,19 @@ PATH = click.Path(allow_dash=True)  # so that shells complete file names; whethe
 OK, BUG, INPUT, DEGENERATE, MISSING, GUARANTEE, PIPE = 0, 1, 2, 3, 4, 5, 141
 
 
+class Alpha(click.ParamType):
+    """A number that can stand for a squared length: finite, and added to weights within their range."""
+
+    name = "float"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Read it."""
+        number = click.FLOAT.convert(value, param, ctx)
+        if not abs(number) < 1e200:
+            self.fail(f"{value} is no squared length, which is a finite number below 1e200.", param, ctx)
+        return number
+
+
 class Front(click.Group):
     """A command group that turns every error into one line on stderr and an exit code."""
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .front import BUG, PATH, complain, exit_code, expanded, shared
+from .front import BUG, PATH, Alpha, complain, exit_code, expanded, shared
 
 if TYPE_CHECKING:
     from ..io import PointCloud
@@ -33,7 +33,7 @@ Examples:
     help="What the mesh is to be; complex is the literal boundary of the weighted alpha complex.",
 )  # fmt: skip
 @shared("weights")
-@click.option("--alpha", type=float, default=0.0, show_default=True, help="Added to every weight: a squared length.")
+@click.option("--alpha", type=Alpha(), default=0.0, show_default=True, help="Added to every weight: a squared length.")
 @click.option(
     "--denoise/--no-denoise", default=None,
     help="Move the points to the local surface first, or never; by default where most of the cloud is noisy.",

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .front import PATH, shared
+from .front import PATH, Alpha, shared
 
 if TYPE_CHECKING:
     import numpy as np
@@ -33,7 +33,7 @@ Examples:
     "-o", "--out", required=True, metavar="FILE", type=PATH, help="The page to write, HTML; - for standard output."
 )
 @shared("against", "weights")
-@click.option("--alpha", type=float, help="Where to begin; by default at the alpha that is recommended.")
+@click.option("--alpha", type=Alpha(), help="Where to begin; by default at the alpha that is recommended.")
 @shared("drop", "from", "threads", "quiet")
 def view(
     cloud: str,
