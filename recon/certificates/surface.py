@@ -173,7 +173,9 @@ def _pinched(faces: NDArray[np.int32], edges: _Edges) -> NDArray[np.integer]:
         corner_a.append(_corner(a, end))
         corner_b.append(np.where(edges.ends[b, 0] == vertex, _corner(b, 0), _corner(b, 1)))
     label = _components(3 * len(faces), np.concatenate(corner_a), np.concatenate(corner_b))
-    umbrellas = np.unique(np.column_stack([faces.ravel(), label]), axis=0)[:, 0]
+    umbrellas = np.unique(faces.ravel().astype(np.int64) * (3 * len(faces)) + label) // (
+        3 * len(faces)
+    )  # their vertices
     return np.unique(umbrellas[1:][np.diff(umbrellas) == 0])
 
 

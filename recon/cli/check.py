@@ -61,7 +61,7 @@ def check(
         from ..contracts import ReconError
         from ..pipeline import reconstruct
 
-        note_memory(file, len(content), quiet)
+        note_memory(file, len(content), quiet, "family")  # about as much, measured
         try:
             with Progress(quiet) as progress:
                 result = reconstruct(content, threads=threads, progress=progress)

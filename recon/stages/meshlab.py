@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import importlib.util
 import os
+import threading
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,8 @@ from .attributes import others, unit_colors
 from .mlx import CLEAN_UP, FILTER, PARAMETERS, FilterScript, checked_parameters, filters, percentage, python_name
 
 __all__ = ["CLEAN_UP", "FilterScript", "generate_weighted_alpha_shape", "register", "run_filter_script"]
+
+_STOCK = threading.Lock()  # PyMeshLab's own filters crash the process where two threads run them
 
 
 def generate_weighted_alpha_shape(mesh_set: Any, **parameters: Any) -> dict[str, Any]:
@@ -142,7 +145,8 @@ def run_filter_script(mesh_set: Any, script: FilterScript | str | os.PathLike[st
                 python_name(key): _to_pymeshlab(meshlab, entry["parameters"][key], value)
                 for key, value in parameters.items()
             }
-            answers.append(mesh_set.apply_filter(entry["filter"], **typed) or {})
+            with _STOCK:
+                answers.append(mesh_set.apply_filter(entry["filter"], **typed) or {})
         except ReconError as error:
             error.args = (f"{where}: {error}",)
             raise
