@@ -6,8 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from .contracts import InvalidInput
 
@@ -84,7 +82,7 @@ def topology(faces: ArrayLike) -> Topology:
 
     Notes
     -----
-    One sort of the 3 f half-edges and three passes of connected components.
+    One linear sort of the 3 f half-edges and three passes of connected components.
 
     Examples
     --------
@@ -101,7 +99,7 @@ def topology(faces: ArrayLike) -> Topology:
     triangles = triangles[(triangles != np.roll(triangles, 1, axis=1)).all(axis=1)]
     n, triangles = _compact(triangles)
     f = len(triangles)
-    edges = _Edges(triangles, n)
+    edges = HalfEdges(triangles, n)
     pairs = edges.pairs()
     oriented = bool((edges.forward[pairs[0]] != edges.forward[pairs[1]]).all())
     orientable = oriented or _orientable(f, pairs, edges.forward)
@@ -124,7 +122,7 @@ def topology(faces: ArrayLike) -> Topology:
         nonmanifold_edges=nonmanifold_edges,
         nonmanifold_vertices=nonmanifold_vertices,
         degenerate_faces=given - f,
-        duplicate_faces=_duplicates(triangles, n),
+        duplicate_faces=_duplicates(triangles, n, edges),
         orientable=orientable,
         oriented=oriented,
         closed=closed,
@@ -154,11 +152,9 @@ def patches(faces: ArrayLike) -> NDArray[np.int64]:
     triangles = _as_triangles(faces)
     whole = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
     n, compact = _compact(triangles[whole])
-    a, b = _Edges(compact, n).pairs()
-    label = _labels(len(compact), a // 3, b // 3)[1]
-    first, inverse = np.unique(label, return_index=True, return_inverse=True)[1:]
+    a, b = HalfEdges(compact, n).pairs()
     result = np.full(len(triangles), -1)
-    result[whole] = np.argsort(np.argsort(first))[inverse]
+    result[whole] = _labels(len(compact), a // 3, b // 3)[1]
     return result
 
 
@@ -183,7 +179,7 @@ def agreeing(faces: ArrayLike) -> NDArray[np.int64]:
     triangles = _as_triangles(faces)
     f = len(triangles)
     n, compact = _compact(triangles)
-    edges = _Edges(compact, n)
+    edges = HalfEdges(compact, n)
     _, label = _double_cover(f, edges.pairs(), edges.forward)
     two_sided = label[:f] != label[f:]
     lowest = np.minimum(label[:f], label[f:])
@@ -217,16 +213,17 @@ def _compact(triangles: NDArray[np.int64]) -> tuple[int, NDArray[np.int64]]:
     return int(number[-1]) + 1, number[triangles]
 
 
-class _Edges:
+class HalfEdges:
     """The half-edges of a mesh sorted by undirected edge: `count` of each edge, `first` into `order`."""
 
     def __init__(self, triangles: NDArray[np.int64], n: int):
+        from ._kernels.edges import by_edge  # numba takes a while to load
+
         # Half-edge h = 3 * face + j runs from corner j to corner j + 1.
         start, end = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
         self.forward = start < end
-        key = np.minimum(start, end) * n + np.maximum(start, end)
-        self.order = np.argsort(key)
-        key = key[self.order]
+        self.order = by_edge(triangles, n)
+        key = (np.minimum(start, end) * n + np.maximum(start, end))[self.order]
         self.first = np.flatnonzero(np.diff(key, prepend=-1))
         self.count = np.diff(self.first, append=len(key))
         self.low, self.high = np.divmod(key[self.first], n) if n else (key, key)
@@ -251,10 +248,9 @@ def _head(half_edge: NDArray[np.int64]) -> NDArray[np.int64]:
 
 def _labels(n: int, a: NDArray[np.int64], b: NDArray[np.int64]) -> tuple[int, NDArray[np.int32]]:
     """Connected components of n nodes under links a - b."""
-    if n == 0:
-        return 0, np.zeros(0, np.int32)
-    graph = coo_array((np.ones(len(a), np.int8), (a, b)), shape=(n, n))
-    return connected_components(graph, directed=False)
+    from ._kernels.edges import components
+
+    return components(n, a, b)
 
 
 def _count_components(n: int, a: NDArray[np.int64], b: NDArray[np.int64]) -> int:
@@ -277,7 +273,7 @@ def _double_cover(
     return _labels(2 * f, np.r_[a, a + f], np.r_[np.where(agree, b, b + f), np.where(agree, b + f, b)])
 
 
-def _umbrellas(triangles: NDArray[np.int64], n: int, edges: _Edges) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
+def _umbrellas(triangles: NDArray[np.int64], n: int, edges: HalfEdges) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
     """Label corners by umbrella, and count the umbrellas of each vertex."""
     a, b = edges.chains()
     same = edges.forward[a] == edges.forward[b]
@@ -288,7 +284,7 @@ def _umbrellas(triangles: NDArray[np.int64], n: int, edges: _Edges) -> tuple[NDA
     return label, np.bincount(vertex, minlength=n)
 
 
-def _boundary_loops(edges: _Edges, umbrella: NDArray[np.int32]) -> int:
+def _boundary_loops(edges: HalfEdges, umbrella: NDArray[np.int32]) -> int:
     """Components of the open edges, linked within umbrellas."""
     half_edge = edges.order[edges.first[edges.count == 1]]
     ends = np.r_[umbrella[half_edge], umbrella[_head(half_edge)]]
@@ -296,11 +292,12 @@ def _boundary_loops(edges: _Edges, umbrella: NDArray[np.int32]) -> int:
     return _count_components(len(nodes), *np.split(ends, 2))
 
 
-def _duplicates(triangles: NDArray[np.int64], n: int) -> int:
-    """Faces on the vertices of an earlier face."""
-    low, middle, high = np.sort(triangles, axis=1).T
-    # n^3 overflows beyond 2 million vertices: rank the pairs first, by a sort that keeps equal pairs together.
-    order = np.argsort(low * n + middle)
-    pair = np.cumsum(np.diff((low * n + middle)[order], prepend=-1) != 0)
-    key = np.sort(pair * n + high[order])
+def _duplicates(triangles: NDArray[np.int64], n: int, edges: HalfEdges) -> int:
+    """Faces on the vertices of an earlier face: with it, they have their two lower vertices on one edge."""
+    edge = np.empty(triangles.size, np.int64)
+    edge[edges.order] = np.repeat(np.arange(len(edges.count)), edges.count)
+    top = triangles.argmax(axis=1)
+    base = edge.reshape(-1, 3)[np.arange(len(triangles)), (top + 1) % 3]
+    shared = np.bincount(base, minlength=1)[base] > 1
+    key = np.sort(base[shared] * n + triangles.max(axis=1)[shared])
     return int((np.diff(key) == 0).sum())

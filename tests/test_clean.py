@@ -1,6 +1,7 @@
 """Cleaning opens no hole and moves no face."""
 
 import numpy as np
+import pytest
 
 import recon
 from recon.postprocess import split_pinches
@@ -67,3 +68,16 @@ def test_a_manifold_is_left_alone():
     assert split_pinches(mesh) == (mesh, 0)
     empty = recon.Mesh.from_arrays(np.zeros((0, 3)), np.zeros((0, 3), int))
     assert split_pinches(empty) == (empty, 0)
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_whatever_the_faces_splitting_gives_a_manifold_of_the_same_faces(seed):
+    rng = np.random.default_rng(seed)
+    for _ in range(10):
+        n, f = int(rng.integers(3, 14)), int(rng.integers(1, 40))
+        faces = np.array([rng.choice(n, 3, replace=False) for _ in range(f)])  # turned anyhow, crowded, some twice
+        mesh = recon.Mesh.from_arrays(rng.normal(size=(n, 3)), faces)
+        split, copies = split_pinches(mesh)
+        assert topology(split.faces).manifold
+        assert (split.vertex_source[split.faces] == faces).all()
+        assert len(split.vertices) == n + copies

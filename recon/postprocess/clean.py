@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
+from numpy.typing import NDArray
 
 from ..mesh import Mesh
+from ..topology import HalfEdges
 
 
 def split_pinches(mesh: Mesh) -> tuple[Mesh, int]:
@@ -14,7 +14,7 @@ def split_pinches(mesh: Mesh) -> tuple[Mesh, int]:
 
     Around an edge of more than two faces, each face is joined to the one that it shares a side of the surface with: the
     next one that walks the edge the other way. Faces without sides, as of a Moebius band, may meet walking their edge the
-    same way; where more than two faces at an edge are left by that, such edges are cut too.
+    same way; where more than two faces at an edge are left by that, such edges are cut too, and then those that are left.
 
     Parameters
     ----------
@@ -33,63 +33,68 @@ def split_pinches(mesh: Mesh) -> tuple[Mesh, int]:
     """
     if len(mesh.faces) == 0:
         return mesh, 0
-    split, copies = _split(mesh, sided=False)
-    low, high = np.sort(split.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2).astype(np.int64), axis=1).T
-    key = np.sort(low * len(split.vertices) + high)
-    if (key[2:] == key[:-2]).any():
-        return _split(mesh, sided=True)
+    edges = HalfEdges(mesh.faces.astype(np.int64), len(mesh.vertices))
+    one, two = _mates(mesh, edges)
+    split, copies = _split(mesh, one, two)
+    if edges.count.max() <= 2:
+        return split, copies
+    edge = np.empty(len(edges.order), np.int64)
+    edge[edges.order] = np.repeat(np.arange(len(edges.count)), edges.count)
+    while len(crowd := _crowd(split)):
+        cut = edges.forward[one] == edges.forward[two]
+        if not cut.any():
+            cut = np.isin(edge[one], edge[crowd])
+        one, two = one[~cut], two[~cut]
+        split, copies = _split(mesh, one, two)
     return split, copies
 
 
-def _split(mesh: Mesh, sided: bool) -> tuple[Mesh, int]:
-    """Split into umbrellas; where `sided`, two faces that walk their edge the same way are cut apart."""
-    faces = mesh.faces
-    f = len(faces)
-    start, end = faces.ravel().astype(np.int64), np.roll(faces, -1, axis=1).ravel().astype(np.int64)
-    key = np.minimum(start, end) * len(mesh.vertices) + np.maximum(start, end)
-    ahead = start < end
-    order = np.argsort(key, kind="stable")
-    group = key[order]
-    crowded = np.zeros(len(key), bool)
-    middle = np.flatnonzero(group[2:] == group[:-2]) + 1  # of three half-edges of one edge, or more
-    for shift in (-1, 0, 1):
-        crowded[order[middle + shift]] = True
-    if crowded.any():
-        turn = np.zeros(len(key))
-        turn[crowded] = _angle(mesh, ahead, np.flatnonzero(crowded))
-        order = np.lexsort((turn, key))
-    first = np.flatnonzero(np.diff(group, prepend=-1))
-    count = np.diff(first, append=len(group))
-    left, right = [], []
+def _crowd(mesh: Mesh) -> NDArray[np.int64]:
+    """Half-edges of edges of more than two faces."""
+    edges = HalfEdges(mesh.faces.astype(np.int64), len(mesh.vertices))
+    return edges.order[np.repeat(edges.count > 2, edges.count)]
+
+
+def _mates(mesh: Mesh, edges: HalfEdges) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Pairs of half-edges whose faces are joined."""
+    ahead, order, first, count = edges.forward, edges.order.copy(), edges.first, edges.count
+    crowded = np.flatnonzero(np.repeat(count > 2, count))
+    if len(crowded):
+        half_edges, edge = order[crowded], np.repeat(np.arange(len(count)), count)[crowded]
+        order[crowded] = half_edges[np.lexsort((_angle(mesh, ahead, half_edges), edge))]
     pair = first[count == 2]
-    if sided:
-        pair = pair[ahead[order[pair]] != ahead[order[pair + 1]]]
-    left.append(order[pair])
-    right.append(order[pair + 1])
+    left, right = [order[pair]], [order[pair + 1]]
     for at, size in zip(first[count > 2], count[count > 2]):
         ring = order[at : at + size]
-        for i in range(size):
-            a, b = ring[i], ring[(i + 1) % size]
-            if ahead[b] and not ahead[a]:  # what lies between is inside
-                left.append([a])
-                right.append([b])
-    one, two = np.concatenate(left), np.concatenate(right)
+        after = np.roll(ring, -1)
+        inside = ahead[after] & ~ahead[ring]  # what lies between
+        left.append(ring[inside])
+        right.append(after[inside])
+    return np.concatenate(left), np.concatenate(right)
+
+
+def _split(mesh: Mesh, one: NDArray[np.int64], two: NDArray[np.int64]) -> tuple[Mesh, int]:
+    """Split into umbrellas of faces joined across these pairs of half-edges."""
+    from .._kernels.edges import components  # numba takes a while to load
+
+    faces = mesh.faces.astype(np.int64)
+    f = len(faces)
     # half-edge h starts at corner h and ends at the next corner of its face
     after = np.arange(3 * f).reshape(f, 3)[:, [1, 2, 0]].ravel()
+    same = faces.ravel()[one] == faces.ravel()[two]  # start to start, where both walk the edge the same way
     corners = np.concatenate([one, after[one]])
-    matched = np.concatenate([after[two], two])
-    umbrella = connected_components(
-        coo_array((np.ones(len(corners), np.int8), (corners, matched)), shape=(3 * f, 3 * f)), directed=False
-    )[1]
-    _, lead, number = np.unique(umbrella, return_index=True, return_inverse=True)
+    matched = np.concatenate([np.where(same, two, after[two]), np.where(same, after[two], two)])
+    pieces, number = components(3 * f, corners, matched)
+    lead = np.empty(pieces, np.int64)
+    lead[number[::-1]] = np.arange(3 * f)[::-1]  # the first corner of each
     vertex = faces.ravel()[lead]
-    by_vertex = np.lexsort((lead, vertex))
-    fresh = np.empty(len(lead), bool)
-    fresh[by_vertex] = np.diff(vertex[by_vertex], prepend=-1) == 0
+    original = np.empty(len(mesh.vertices), np.int64)
+    original[vertex[::-1]] = np.arange(pieces)[::-1]
+    fresh = original[vertex] != np.arange(pieces)
     copies = int(fresh.sum())
     if copies == 0:
         return mesh, 0
-    target = vertex.astype(np.int64)
+    target = vertex.copy()
     target[fresh] = len(mesh.vertices) + np.arange(copies)
     rows = np.concatenate([np.arange(len(mesh.vertices)), vertex[fresh]])
     return (
@@ -103,7 +108,7 @@ def _split(mesh: Mesh, sided: bool) -> tuple[Mesh, int]:
     )
 
 
-def _angle(mesh: Mesh, ahead: np.ndarray, half_edges: np.ndarray) -> np.ndarray:
+def _angle(mesh: Mesh, ahead: NDArray, half_edges: NDArray) -> NDArray:
     """Angle of each half-edge's face around its edge, walked from the lower to the higher vertex."""
     face, corner = np.divmod(half_edges, 3)
     a, b, c = (mesh.vertices[mesh.faces[face, (corner + j) % 3]] for j in range(3))

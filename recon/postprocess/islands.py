@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from ..contracts import InvalidInput
 from ..mesh import Mesh
@@ -67,9 +65,13 @@ def remove_islands(mesh: Mesh, standing: float = STANDING) -> tuple[Mesh, int]:
 
 def _pieces(faces: NDArray[np.integer], n: int) -> NDArray[np.int64]:
     """Piece of every face: 0, 1, ..."""
-    links = np.concatenate([faces[:, :2], faces[:, 1:]])
-    label = connected_components(coo_array((np.ones(len(links), np.int8), links.T), shape=(n, n)), directed=False)[1]
-    return np.unique(label[faces[:, 0]], return_inverse=True)[1]
+    from .._kernels.edges import components  # numba takes a while to load
+
+    links = np.concatenate([faces[:, :2], faces[:, 1:]]).astype(np.int64)
+    count, label = components(n, links[:, 0].copy(), links[:, 1].copy())
+    used = np.zeros(count, bool)
+    used[label[faces[:, 0]]] = True
+    return (np.cumsum(used) - 1)[label[faces[:, 0]]]
 
 
 def _standing(mesh: Mesh, piece: NDArray[np.int64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
