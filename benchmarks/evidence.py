@@ -49,7 +49,7 @@ POINTS = 3000
 DENSITIES = (1.0, 10.0, 50.0)  # greatest to least, along the longest side
 NOISES = (0.0, 0.1, 0.5)  # standard deviation along the normal, in median local spacings (area of the surface a sample)
 OUTLIERS = (0.0, 0.1)  # share of the points, uniform in a box larger than the surface
-HOLE = 3.0  # radius of the ball that a hole is cut out by, in mean spacings
+HOLE = 3.0  # radius of the ball that a hole is cut out by, in mean spacings; at most that of the solid there
 SAMPLES = 20_000  # points that distances are taken from, either way
 ACCURATE = 0.25  # d1
 USED = 0.99
@@ -142,8 +142,7 @@ def cloud_of(case: Case, folder: Path | None) -> Cloud:
     surface = datasets_synthetic.surface(case.source)
     options: dict[str, Any] = {"density": case.density, "outliers": case.outliers}
     if case.hole:
-        center = surface.sample(1, rng=1).points[0]
-        options["holes"] = [(center, HOLE * float(np.sqrt(surface.area / POINTS)))]
+        options["holes"] = [_ball(surface)]
     clean = surface.sample(POINTS, rng=0, **options)
     true = clean.points[~clean.is_outlier]
     noise = case.noise * float(np.median(weighting.spacing(true)))
@@ -151,6 +150,17 @@ def cloud_of(case: Case, folder: Path | None) -> Cloud:
     right = (surface.euler, surface.boundary_loops)
     either = (right, (surface.euler - 1, 1)) if case.hole else (right,)
     return Cloud(np.array(sample.points), ~sample.is_outlier, nearest(true), surface, either)
+
+
+def _ball(surface: datasets_synthetic.Surface) -> tuple[Array, float]:
+    """Centre on the surface and radius of a ball that cuts a disk out of it, and nothing from another side: the best of ten."""
+    foot = surface.sample(10, rng=1)
+    radii = np.linspace(0.0, HOLE * np.sqrt(surface.area / POINTS), 100)
+    inward = foot.points[:, None] - radii[:, None] * foot.normals[:, None]
+    depth = -surface.distance(inward.reshape(-1, 3)).reshape(10, -1)
+    largest = np.where(depth >= (1 - 1e-6) * radii, radii, 0.0).max(axis=1)
+    best = int(largest.argmax())
+    return foot.points[best], float(largest[best])
 
 
 def _from_file(path: Path) -> Cloud:

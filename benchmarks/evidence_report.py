@@ -30,7 +30,8 @@ def write(results: Sequence[Result], out: Path) -> None:
         ("Solved, one thing at a time: open surfaces", contest(results, closed=False)),
         ("Solved by recon, everything at once: closed surfaces", crossed(results, closed=True)),
         ("Solved by recon, everything at once: open surfaces", crossed(results, closed=False)),
-        ("Adaptive against uniform weights", weights(results)),
+        ("Adaptive against uniform weights, where density varies", duels(results)),
+        ("The same, set by set", weights(results)),
         ("Models with a truth", models(results)),
         ("Scans", scans(results)),
     ]
@@ -147,6 +148,56 @@ def weights(results: Sequence[Result]) -> list[list[str]]:
             if found[0] and found[1]:
                 rows.append([f"{source}, {condition}", *("" if r is None else verdict(r) for r in found)])
     return rows
+
+
+DUELS = (
+    (RECON, "recon, uniform weights"),
+    ("W_0, closing weights", "W_0, best of 10 uniform"),
+    ("W_0, covering weights", "W_0, best of 10 uniform"),
+)
+CLOSER = 0.95  # times the distance of the other, to be counted as better where the rest is equal
+
+
+def duels(results: Sequence[Result]) -> list[list[str]]:
+    """Where adaptive weights win, draw or lose: solved first, then right topology, then distance."""
+    table = {(r["contender"], r["source"], r["condition"]): r for r in results}
+    rows = [["adaptive", "uniform", "condition", "solved", "right topology", "better", "alike", "worse", "where worse"]]
+    for ours, theirs in DUELS:
+        for condition in ("density 10", "density 50"):
+            keys = [(source, condition) for source in SURFACES]
+            pairs = [
+                (s, table[ours, s, c], table[theirs, s, c])
+                for s, c in keys
+                if (ours, s, c) in table and (theirs, s, c) in table
+            ]
+            if not pairs:
+                continue
+            signs = [compare(a, b) for _, a, b in pairs]
+            solved, shape = (
+                f"{sum(map(good, (a for _, a, _ in pairs)))} : {sum(map(good, (b for _, _, b in pairs)))}"
+                for good in (_solved, _shape)
+            )
+            counts = [f"{signs.count(sign)}" for sign in (1, 0, -1)]
+            worse = ", ".join(source for (source, *_), sign in zip(pairs, signs) if sign < 0)
+            rows.append([ours, theirs, condition, f"{solved} of {len(pairs)}", shape, *counts, worse])
+    return rows
+
+
+def compare(one: Result, two: Result) -> int:
+    """1 where the first is better, -1 where the second is, 0 where they are alike."""
+    for good in (_solved, _shape):
+        if good(one) != good(two):
+            return 1 if good(one) else -1
+    a, b = (np.inf if r.get("off") is None else r["off"] for r in (one, two))
+    return int(a < CLOSER * b) - int(b < CLOSER * a)
+
+
+def _solved(result: Result) -> bool:
+    return not result["faults"]
+
+
+def _shape(result: Result) -> bool:
+    return bool(result.get("shape"))
 
 
 def verdict(result: Result) -> str:

@@ -133,6 +133,15 @@ def test_every_way_of_weighing_gives_a_mesh_to_judge():
         assert any(len(getattr(result, "mesh", result).faces) for result in made), name
 
 
+def test_of_two_the_solved_one_is_better_then_the_right_topology_then_the_closer_one():
+    best, close, far = ({"faults": [], "shape": True, "off": off} for off in (0.1, 0.101, 0.2))
+    wrong, worse = ({"faults": ["x"], "shape": shape, "off": 0.05} for shape in (True, False))
+    order = [best, far, wrong, worse, {"faults": ["crashed"]}]
+    for k, one in enumerate(order):
+        assert [evidence_report.compare(one, two) for two in order] == [-1] * k + [0] + [1] * (len(order) - k - 1)
+    assert evidence_report.compare(best, close) == 0
+
+
 def test_failures_are_listed_and_come_first(tmp_path):
     good = {
         "contender": "recon",
