@@ -54,6 +54,7 @@ def test_meshlab_gives_back_what_it_can_hold():
     back = recon.Mesh.from_pymeshlab(original.to_pymeshlab(), ("time", "label", "beam"))
     assert np.array_equal(back.vertices, original.vertices) and np.array_equal(back.faces, original.faces)
     assert np.array_equal(back.vertex_source, original.vertex_source)
+    assert set(back.attributes) == set(original.attributes)
     for name, values in original.attributes.items():
         assert np.array_equal(back.attributes[name], values), name
 
@@ -100,6 +101,29 @@ def test_what_is_no_triangle_mesh_is_refused():
         convert.from_meshio(meshio.Mesh(np.zeros((4, 3)), [("quad", [[0, 1, 2, 3]])]))
     with pytest.raises(recon.InvalidInput, match="TriangleMesh"):
         convert.from_open3d(vista.Cube())
+    for library in ("trimesh", "pyvista", "meshio"):
+        with pytest.raises(recon.InvalidInput, match=rf"expected a {library}\.\w+, got ndarray"):
+            getattr(convert, f"from_{library}")(np.zeros((3, 3)))
+
+
+def test_points_and_lines_beside_the_triangles_are_left_behind():
+    vista = pytest.importorskip("pyvista")
+    corners = np.eye(4)[:, :3]
+    other = vista.PolyData(corners, verts=[1, 0], lines=[2, 0, 1], faces=[3, 0, 1, 2, 3, 1, 3, 2])
+    assert convert.from_pyvista(other).faces.tolist() == [[0, 1, 2], [1, 3, 2]]
+    assert len(convert.from_pyvista(vista.PolyData(corners)).faces) == 0
+
+
+@pytest.mark.parametrize("library", ["trimesh", "pyvista", "meshio", "open3d", "pymeshlab"])
+def test_a_mesh_of_nothing_stays_one_or_is_refused(library):
+    pytest.importorskip(library)
+    nothing = recon.Mesh.from_arrays(np.zeros((0, 3)), np.zeros((0, 3), int))
+    if library == "pymeshlab":
+        with pytest.raises(recon.InvalidInput, match="no vertices"):
+            nothing.to_pymeshlab()
+        return
+    back = getattr(recon.Mesh, f"from_{library}")(getattr(nothing, f"to_{library}")())
+    assert back.vertices.shape == (0, 3) and back.faces.shape == (0, 3)
 
 
 @pytest.mark.parametrize(

@@ -51,7 +51,7 @@ def to_trimesh(mesh: Mesh) -> Any:
 
 def from_trimesh(mesh: Any) -> Mesh:
     """Take a ``trimesh.Trimesh``; normals are left behind, as trimesh computes them."""
-    require("trimesh", "convert")
+    _refuse_other(mesh, require("trimesh", "convert").Trimesh, "trimesh.Trimesh")
     attributes = {name: np.asarray(values) for name, values in mesh.vertex_attributes.items()}
     if mesh.visual.kind == "vertex":
         attributes["colors"] = np.asarray(mesh.visual.vertex_colors)
@@ -68,12 +68,13 @@ def to_pyvista(mesh: Mesh) -> Any:
 
 
 def from_pyvista(mesh: Any) -> Mesh:
-    """Take a ``pyvista.PolyData`` of triangles."""
-    require("pyvista", "view")
-    if not mesh.is_all_triangles:
+    """Take the triangles of a ``pyvista.PolyData``; other faces are an error, vertices and lines are left behind."""
+    _refuse_other(mesh, require("pyvista", "view").PolyData, "pyvista.PolyData")
+    counted = np.asarray(mesh.faces)  # each after the number of its corners
+    if mesh.n_strips or len(counted) % 4 or (counted[::4] != 3).any():
         raise InvalidInput("mesh: has faces other than triangles; triangulate() makes them so")
     attributes = {name: np.asarray(mesh.point_data[name]) for name in mesh.point_data}
-    return Mesh.from_arrays(mesh.points, mesh.regular_faces, split_source(attributes), attributes)
+    return Mesh.from_arrays(mesh.points, counted.reshape(-1, 4)[:, 1:], split_source(attributes), attributes)
 
 
 def to_meshio(mesh: Mesh) -> Any:
@@ -86,7 +87,7 @@ def to_meshio(mesh: Mesh) -> Any:
 
 def from_meshio(mesh: Any) -> Mesh:
     """Take the triangles of a ``meshio.Mesh``; cells of other kinds are an error, but for vertices and lines."""
-    require("meshio", "convert")
+    _refuse_other(mesh, require("meshio", "convert").Mesh, "meshio.Mesh")
     kinds = {block.type for block in mesh.cells}
     if not kinds <= {"triangle", "vertex", "line"}:
         raise InvalidInput(f"mesh: expected triangles, got cells of kind {', '.join(sorted(kinds - {'triangle'}))}")
@@ -97,6 +98,11 @@ def from_meshio(mesh: Any) -> Mesh:
     attributes = {name: np.asarray(values) for name, values in mesh.point_data.items()}
     triangles = np.concatenate(faces) if faces else np.zeros((0, 3), np.int32)
     return Mesh.from_arrays(points, triangles, split_source(attributes), attributes)
+
+
+def _refuse_other(mesh: Any, kind: type, name: str) -> None:
+    if not isinstance(mesh, kind):
+        raise InvalidInput(f"mesh: expected a {name}, got {type(mesh).__name__}")
 
 
 def _columns(name: str, values: NDArray) -> NDArray:

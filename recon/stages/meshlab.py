@@ -178,9 +178,11 @@ def to_pymeshlab(mesh: Mesh) -> Any:
     Raises
     ------
     InvalidInput
-        An attribute of another shape, which MeshLab cannot hold.
+        No vertices, or an attribute of another shape: MeshLab cannot hold them.
     """
     meshlab = require("pymeshlab", "meshlab")
+    if len(mesh.vertices) == 0:
+        raise InvalidInput("mesh: has no vertices, and MeshLab holds no such mesh")
     held: dict[str, NDArray] = {}
     if "quality" in mesh.attributes:
         held["v_scalar_array"] = np.asarray(mesh.attributes["quality"], np.float64).reshape(-1)
@@ -237,8 +239,9 @@ def _points(layer: Any) -> tuple[NDArray[np.float64], dict[str, NDArray]]:
     attributes: dict[str, NDArray] = {}
     if layer.has_vertex_color():
         attributes["colors"] = np.round(np.array(layer.vertex_color_matrix()) * 255).astype(np.uint8)
-    if layer.has_vertex_scalar():
-        attributes["quality"] = np.array(layer.vertex_scalar_array())
+    quality = np.array(layer.vertex_scalar_array()) if layer.has_vertex_scalar() else np.zeros(0)
+    if quality.any():  # it is there, and zero, in every mesh
+        attributes["quality"] = quality
     normals = np.array(layer.vertex_normal_matrix())
     if normals.any():
         attributes["normals"] = normals @ np.linalg.inv(matrix[:3, :3]) if moved else normals

@@ -206,6 +206,8 @@ def _text_value(kind: str, attributes: Mapping[str, str], where: str) -> Any:
             return [float(attributes[axis]) for axis in _VECTORS[kind]]
         if kind == "RichMatrix44f":
             return [float(attributes[entry]) for entry in _MATRIX]
+        if kind == "RichShotf":  # which PyMeshLab saves without its value
+            return None
         text = attributes["value"]
         if kind == "RichBool":
             return {"true": True, "false": False}[text]
