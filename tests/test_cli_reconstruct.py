@@ -261,8 +261,7 @@ def test_the_time_left_follows_from_the_time_taken_and_never_stands_still(monkey
     clock = [1000.0]
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     monkeypatch.setattr(work.time, "monotonic", lambda: clock[0])
-    monkeypatch.setattr(work, "_SHARES", {"first": 0.25, "second": 0.75})
-    progress = work.Progress(False)
+    progress = work.Progress(False, {"first": 0.25, "second": 0.75})
     progress("first", 0.0)
     progress.tick()
     assert "left" not in capsys.readouterr().err  # nothing to go by yet

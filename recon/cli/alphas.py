@@ -78,14 +78,17 @@ def alphas(
     from ..alpha import alpha_complex
     from ..io import read_points
     from .weights import from_option, resolve
-    from .work import note_memory
+    from .work import Progress, note_memory
 
     cloud = read_points(file, format=source_format, drop_invalid=drop_invalid)
     note_memory(file, len(cloud), quiet, "family")
 
-    family = alpha_complex(cloud.points, resolve(from_option(weights, cloud, file), cloud, threads))
-    dimension = family.dimension
-    found = _describe(family, chosen, None if everything else ranges, shown)
+    with Progress(quiet, {"intervals": 0.5, "topology": 0.5}) as progress:
+        progress("intervals", 0.0)
+        family = alpha_complex(cloud.points, resolve(from_option(weights, cloud, file), cloud, threads))
+        dimension = family.dimension
+        progress("topology", 0.5)
+        found = _describe(family, chosen, None if everything else ranges, shown)
     if as_json:
         click.echo(json.dumps({"file": file, **found}, indent=1))
     elif everything:

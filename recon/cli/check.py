@@ -51,7 +51,7 @@ def check(
     """
     from ..io import read
     from ..mesh import Mesh
-    from .work import Progress, note_memory
+    from .work import Progress, mesh_and, note_memory
 
     content = read(file, format=source_format, drop_invalid=drop_invalid)
     if isinstance(content, Mesh):
@@ -63,16 +63,18 @@ def check(
 
         note_memory(file, len(content), quiet, "family")  # about as much, measured
         try:
-            with Progress(quiet) as progress:
+            with Progress(quiet, mesh_and("certificates", 0.8)) as progress:
                 result = reconstruct(content, threads=threads, progress=progress)
-                progress("certificates", 0.99)
+                progress("certificates", 0.2)
                 certify(result.triangulation)
                 certify(result.mesh)
         except ReconError as error:
             error.args = (f"{file}: {error}",)
             raise
         mesh = result.mesh
-    held = _promises_held(mesh)
+    with Progress(quiet, {}) as progress:
+        progress("promises", 0.0)
+        held = _promises_held(mesh)
     asked = required or _USUAL
     broken = [name for name in asked if not held[name]]
     if as_json:

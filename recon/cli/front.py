@@ -95,7 +95,7 @@ def shared(*names: str) -> Callable[[Callable], Callable]:
     """Add options that several commands have."""
     options = {
         "json": click.option("--json", "as_json", is_flag=True, help="Print JSON instead of text."),
-        "quiet": click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors."),
+        "quiet": click.option("-q", "--quiet", is_flag=True, help="No progress and no remarks, only errors and what was asked for."),
         "threads": click.option(
             "--threads", type=click.IntRange(min=1), metavar="N", help="Threads to use; the result does not depend on it."
         ),

@@ -27,15 +27,22 @@ _SURFACES = {
     epilog="\b\nExamples:\n  recon info scan.ply\n  recon info scan.xyz mesh.obj --json",
 )
 @click.argument("files", nargs=-1, required=True, metavar="FILE...", type=PATH)
-@shared("drop", "from", "threads", "json")
+@shared("drop", "from", "threads", "quiet", "json")
 def info(
-    files: tuple[str, ...], drop_invalid: bool, source_format: str | None, threads: int | None, as_json: bool
+    files: tuple[str, ...],
+    drop_invalid: bool,
+    source_format: str | None,
+    threads: int | None,
+    quiet: bool,
+    as_json: bool,
 ) -> None:
     """Say what each FILE holds: size, bounds, spacing, noise, outliers, duplicates, likely closed or open."""
     from ..contracts import ReconError
     from ..io import read
+    from ..io.files import display_name
     from ..mesh import Mesh
     from .survey import survey
+    from .work import Progress
 
     names, found, failed = expanded(files), [], 0
     for number, file in enumerate(names):
@@ -48,7 +55,9 @@ def info(
             failed = failed or exit_code(error) or BUG
             continue
         points = content.vertices if isinstance(content, Mesh) else content.points
-        figures = survey(points, threads)
+        with Progress(quiet, {}) as progress:
+            progress(display_name(file), 0.0)
+            figures = survey(points, threads)
         if as_json:
             found.append(_as_json(file, content, figures))
             continue

@@ -26,7 +26,7 @@ from .front import PATH, print_table, shared, surface_names
     help="Points taken on the mesh and on the reference.",
 )
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
-@shared("from", "json")
+@shared("from", "quiet", "json")
 def measure(
     mesh: str,
     reference: str | None,
@@ -34,6 +34,7 @@ def measure(
     samples: int,
     seed: int,
     source_format: str | None,
+    quiet: bool,
     as_json: bool,
 ) -> None:
     """Measure MESH: what it is and, with a REFERENCE, how far it is off.
@@ -42,12 +43,15 @@ def measure(
     """
     from ..io import read_mesh, read_points
     from ..metrics import measure as measure_mesh
+    from .work import Progress
 
     measured = read_mesh(mesh, format=source_format)
     truth = None if reference is None else truth_of(reference)
     cloud = None if points is None else read_points(points)
     count = None if cloud is None else len(cloud)
-    metrics = measure_mesh(measured, truth, points=count, samples=samples, seed=seed)
+    with Progress(quiet, {}) as progress:
+        progress("metrics", 0.0)
+        metrics = measure_mesh(measured, truth, points=count, samples=samples, seed=seed)
     print_metrics(metrics, as_json)
 
 

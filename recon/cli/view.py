@@ -56,18 +56,19 @@ def view(
     from ..page import view_page
     from .measure import truth_of
     from .weights import from_option, resolve
-    from .work import Progress, note_memory
+    from .work import Progress, mesh_and, note_memory
 
     check_writable(out)
     truth = None if against is None else truth_of(against)
     content, mesh = _read(cloud, source_format, drop_invalid)
     note_memory(cloud, len(content), quiet, "page")
     given = from_option(weights, content, cloud)
-    with Progress(quiet) as progress:
-        shown, reason = mesh, None
-        if mesh is None and weights != "radius":  # atoms are no samples of a surface
+    shown, reason = mesh, None
+    wanted = mesh is None and weights != "radius" and content.points.shape[1] == 3  # atoms are no samples of a surface
+    with Progress(quiet, mesh_and("all alphas", 0.7) if wanted else {}) as progress:
+        if wanted:
             shown, reason = _reconstructed(content, given, threads, progress)
-        progress("all alphas", 0.5)
+        progress("all alphas", 0.0)
         page = view_page(
             content.points,
             resolve(given, content, threads),
@@ -111,12 +112,8 @@ def _reconstructed(
     from ..contracts import DegenerateInput
     from ..pipeline import reconstruct
 
-    if cloud.points.shape[1] != 3:
-        return None, None
     try:
-        result = reconstruct(
-            cloud.points, weights, threads=threads, progress=lambda stage, share: progress(f"mesh: {stage}", share / 2)
-        )
+        result = reconstruct(cloud.points, weights, threads=threads, progress=progress)
     except DegenerateInput as error:
         return None, f"There is no mesh to show. {error}"
     return result.mesh, None

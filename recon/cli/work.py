@@ -6,6 +6,7 @@ import math
 import sys
 import threading
 import time
+from collections.abc import Mapping
 from typing import Any
 
 from .front import complain
@@ -15,7 +16,7 @@ _LARGE = 1_000_000  # points from which on the need for memory is worth a line
 # density ratio 10 (pages: 700,000), which were 0.38 and 1.82 GB, 0.53 and 3.77 GB, 0.74 and 4.85 GB.
 _NEED = {"mesh": (220e6, 1600.0), "family": (170e6, 3600.0), "page": (60e6, 6850.0)}
 # Of the time that `recon.reconstruct` takes, by stage; between those measured at 60,000 and at 1,000,000 points.
-_SHARES = {"samples": 0.2, "weights": 0.02, "triangulation": 0.08, "surface": 0.4, "clean": 0.22, "report": 0.08}
+SHARES = {"samples": 0.2, "weights": 0.02, "triangulation": 0.08, "surface": 0.4, "clean": 0.22, "report": 0.08}
 
 
 class Progress:
@@ -27,9 +28,12 @@ class Progress:
     Parameters
     ----------
     quiet : bool
+    shares : mapping of str to float, optional
+        Of the whole time, by stage, in their order; of other stages the fraction that they begin at is what is known.
     """
 
-    def __init__(self, quiet: bool) -> None:
+    def __init__(self, quiet: bool, shares: Mapping[str, float] = SHARES) -> None:
+        self._shares = dict(shares)
         self._shown = not quiet and sys.stderr.isatty()
         self._bar: Any = None
         self._begin = self._entered = time.monotonic()
@@ -55,11 +59,11 @@ class Progress:
                 total=1.0, desc=stage, bar_format=pattern, leave=False, file=sys.stderr, dynamic_ncols=True
             )
             threading.Thread(target=self._keep_ticking, daemon=True).start()
-        stages = list(_SHARES)
+        stages = list(self._shares)
         with self._lock:
-            known = stage in _SHARES
-            self._before = sum(_SHARES[name] for name in stages[: stages.index(stage)]) if known else fraction
-            self._share = _SHARES.get(stage, 0.0)
+            known = stage in stages
+            self._before = sum(self._shares[name] for name in stages[: stages.index(stage)]) if known else fraction
+            self._share = self._shares.get(stage, 0.0)
             self._entered = time.monotonic()
             self._bar.set_description_str(stage, refresh=False)
         self.tick()
@@ -93,6 +97,11 @@ class Progress:
         self._bar.n = min(1.0, max(0.0, done))
         self._bar.set_postfix_str(left, refresh=False)
         self._bar.refresh()
+
+
+def mesh_and(stage: str, share: float) -> dict[str, float]:
+    """Give the shares of a work that makes a mesh first, by one stage more with its own."""
+    return {**{name: (1.0 - share) * part for name, part in SHARES.items()}, stage: share}
 
 
 def note_memory(source: str, points: int, quiet: bool, work: str = "mesh") -> None:
