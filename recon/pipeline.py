@@ -168,7 +168,11 @@ def reconstruct(
     triangulation = regular_triangulation(located, w)
 
     clock.start("surface")
-    found = _literal(triangulation) if surface == "complex" else label_surface(triangulation, spacing, surface)
+    found = (
+        _literal(triangulation)
+        if surface == "complex"
+        else label_surface(triangulation, spacing, surface, threads=threads)
+    )
     if len(found.faces) == 0:
         raise DegenerateInput(_nothing_left(found, triangulation, alpha))
 

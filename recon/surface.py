@@ -9,6 +9,7 @@ search gives every sample exactly one umbrella of facets.
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
@@ -18,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from .contracts import DegenerateInput, InvalidInput, as_points
 from .mesh import Mesh
 from .regular import OUTWARD, RegularTriangulation
+from .threads import over_ranges, workers
 from .topology import agreeing, patches, topology
 
 if TYPE_CHECKING:
@@ -65,7 +67,13 @@ class Surface:
     passed_over: int
 
 
-def label_surface(triangulation: RegularTriangulation, spacing: NDArray[np.float64], kind: Kind = "auto") -> Surface:
+def label_surface(
+    triangulation: RegularTriangulation,
+    spacing: NDArray[np.float64],
+    kind: Kind = "auto",
+    *,
+    threads: int | None = None,
+) -> Surface:
     """Find the surface that the vertices of a triangulation sample.
 
     Parameters
@@ -78,6 +86,8 @@ def label_surface(triangulation: RegularTriangulation, spacing: NDArray[np.float
         Closed: the boundary of a solid, leaks closed by the smallest facets. Open: sheets with a boundary. Auto: closed
         when more than an eighth of the samples lie on voids that stand (see `DEEPER`, `LEAK`, `SURE`), and no more than that
         at walls that are wider than facets of a sheet.
+    threads : int, optional
+        All by default. The result does not depend on it.
 
     Returns
     -------
@@ -105,12 +115,12 @@ def label_surface(triangulation: RegularTriangulation, spacing: NDArray[np.float
         raise DegenerateInput(f"points: all lie {where}; a surface needs points that span a plane or more")
     if triangulation.dimension == 2:
         return _planar(triangulation, spacing)
-    evidence = _Evidence(triangulation, spacing)
+    evidence = _Evidence(triangulation, spacing, threads)
     if kind == "open":
         return evidence.open("asked for", 1.0)
     if kind == "closed":
         return evidence.closed("asked for", 1.0)[0]
-    share = evidence.share_on_voids()
+    share = evidence.share_on_voids(threads)
     confidence = float(min(abs(np.log2(max(share, SHARE**2) / SHARE) / np.log2(SHARE)), 1.0))
     if share <= SHARE:
         return evidence.open(f"only {share:.1%} of the samples lie on voids that stand", confidence)
@@ -225,7 +235,7 @@ class _Evidence:
     Points are numbered along a curve through space, so that what is near in space is near in memory; `order` gives their rows.
     """
 
-    def __init__(self, triangulation: RegularTriangulation, spacing: NDArray[np.float64]):
+    def __init__(self, triangulation: RegularTriangulation, spacing: NDArray[np.float64], threads: int | None):
         from ._kernels import sides, spatial_sort  # numba takes a while to load
 
         self.order = order = spatial_sort.hilbert_order(triangulation.points)
@@ -235,21 +245,36 @@ class _Evidence:
         self.spacing = spacing = spacing[order]
         self.cells = rank[triangulation.cells]
         self.nodes, self.links = sides.close_hull(self.cells, triangulation.neighbors, len(self.points))
-        centers, rho, depth = sides.spheres(self.points, self.weights, spacing, self.cells)
         m = len(self.cells)
-        self.gate, self.leak = sides.facet_sizes(self.points, self.weights, spacing, self.nodes, self.links, rho, m)
+        centers, rho, depth = np.empty((m, 3)), np.empty(m), np.empty(m, np.float32)
+        cloud = self.points, self.weights, spacing
+        over_ranges(lambda *part: sides.spheres(*cloud, self.cells, *part, centers, rho, depth), m, threads)
+        self.gate, self.leak = np.empty((m, 4), np.float32), np.empty((m, 4), np.bool_)
+        ground = *cloud, self.nodes, self.links, rho
+        over_ranges(lambda *part: sides.facet_sizes(*ground, *part, self.gate, self.leak), m, threads)
         self.pole, self.anti, self.trust, self.normals = sides.poles(
             self.points, self.nodes, self.links, centers, rho, depth, m
         )
         self.depth = depth
         self._facets: tuple[NDArray[np.int32], NDArray[np.float32]] | None = None
+        self._closed: tuple[NDArray[np.int8], int] | None = None
         self.centers = centers
 
-    def share_on_voids(self) -> float:
-        """Share of the vertices that have nodes inside and outside of the voids that stand."""
+    def share_on_voids(self, threads: int | None) -> float:
+        """Share of the vertices that have nodes inside and outside of the voids that stand.
+
+        On a second thread, if there is one, the closed sides are found meanwhile: most clouds are closed.
+        """
         from ._kernels.sides import voids
 
-        inside = voids(self.links, self.depth, len(self.cells), *self.facets(), DEEPER, LEAK, SURE)
+        ground = self.links, self.depth, len(self.cells), *self.facets(), DEEPER, LEAK, SURE
+        if workers(threads) == 1:
+            inside = voids(*ground)
+        else:
+            with ThreadPoolExecutor(1) as pool:
+                sides = pool.submit(self._forest)
+                inside = voids(*ground)
+                self._closed = sides.result()
         seen = np.zeros((len(self.points) + 1, 2), bool)
         seen[self.nodes, inside.astype(np.int8)[:, None]] = True
         vertices = seen[:-1].any(axis=1)
@@ -265,6 +290,9 @@ class _Evidence:
 
     def closed_sides(self) -> tuple[NDArray[np.int8], int]:
         """Side of every node, 0 outside; and the samples passed over."""
+        return self._closed or self._forest()
+
+    def _forest(self) -> tuple[NDArray[np.int8], int]:
         from ._kernels.sides import signed_forest
 
         facets, keys = self.facets()

@@ -28,8 +28,12 @@ def labelled(seed: int, n: int = 60):
     triangulation = recon.regular_triangulation(points, weights)
     cells, m = triangulation.cells, len(triangulation.cells)
     nodes, links = sides.close_hull(cells, triangulation.neighbors, n)
-    centers, rho, depth = sides.spheres(points, weights, spacing, cells)
-    gate, leak = sides.facet_sizes(points, weights, spacing, nodes, links, rho, m)
+    centers, rho, depth = np.empty((m, 3)), np.empty(m), np.empty(m, np.float32)
+    gate, leak = np.empty((m, 4), np.float32), np.empty((m, 4), bool)
+    for part in (0, m // 3), (m // 3, m):  # as on two threads
+        sides.spheres(points, weights, spacing, cells, *part, centers, rho, depth)
+    for part in (m // 3, m), (0, m // 3):
+        sides.facet_sizes(points, weights, spacing, nodes, links, rho, *part, gate, leak)
     pole, anti, trust, normals = sides.poles(points, nodes, links, centers, rho, depth, m)
     return (
         points,
@@ -139,7 +143,11 @@ def test_signed_forest_takes_the_strongest_evidence_first(seed, sealed):
 def test_descending_is_a_stable_sort():
     keys = np.random.default_rng(0).integers(0, 50, 3000).astype(np.float32)
     keys[:5] = [0, 1e30, 1e-30, 3e38, 0]
-    np.testing.assert_array_equal(sides.descending(keys), np.argsort(-keys.astype(float), kind="stable"))
+    order, found = np.argsort(-keys.astype(float), kind="stable"), np.arange(len(keys), dtype=np.int32)
+    expected = keys[order]
+    sides.descending(keys, found)
+    np.testing.assert_array_equal(found, order)
+    np.testing.assert_array_equal(keys, expected)
 
 
 def energy(points, spacing, nodes, links, side):

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from recon.contracts import InvalidInput
+from recon.threads import over_ranges
 
 from ._star import gaps, stars
-from ._threads import over_ranges
 from .density import smooth_spacing
 from .neighborhood import Neighborhood, neighbors
 

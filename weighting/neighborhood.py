@@ -9,9 +9,9 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
 
 from recon.contracts import InvalidInput, as_points
+from recon.threads import workers
 
 from ._kernels import curve_keys
-from ._threads import workers
 
 RING = 8  # neighbours: one ring around a sample of a surface
 

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from recon.contracts import InvalidInput
+from recon.threads import over_ranges
 
 from ._scales import blend, fit_scales, normals_of
-from ._threads import over_ranges
 from .density import smooth_spacing
 from .neighborhood import RING, Neighborhood, neighbors
 from .stray import strays

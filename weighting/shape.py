@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from recon.contracts import InvalidInput
+from recon.threads import over_ranges
 
 from ._kernels import smooth
 from ._quadric import TERMS, fit_quadrics
-from ._threads import over_ranges
 from .neighborhood import RING, Neighborhood, neighbors
 
 FIT = 24  # neighbours of a quadric: four for each of its six coefficients

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._threads import workers
+from recon.threads import workers
+
 from .neighborhood import Neighborhood, neighbors
 from .shape import fit, pooled
 

@@ -10,6 +10,8 @@ import numpy as np
 
 from .compile import kernel
 
+_BLOCK = 128  # facets measured at a time
+
 
 @kernel
 def close_hull(cells, neighbors, n):
@@ -66,13 +68,12 @@ def close_hull(cells, neighbors, n):
 
 
 @kernel
-def spheres(points, weights, spacing, cells):
-    """Orthocentre (m, 3), size rho (m,) [L^2] and depth (m,) of every cell; depth = sqrt(rho + mean w) / mean spacing."""
-    m = len(cells)
-    centers = np.empty((m, 3))
-    rho = np.empty(m)
-    depth = np.empty(m, np.float32)
-    for c in range(m):
+def spheres(points, weights, spacing, cells, first, last, centers, rho, depth):
+    """Fill in orthocentres (m, 3), sizes rho (m,) [L^2] and depths (m,) of a range of cells.
+
+    depth = sqrt(rho + mean w) / mean spacing.
+    """
+    for c in range(first, last):
         i, j, k, l = cells[c, 0], cells[c, 1], cells[c, 2], cells[c, 3]
         ox, oy, oz, ow = points[i, 0], points[i, 1], points[i, 2], weights[i]
         ax, ay, az = points[j, 0] - ox, points[j, 1] - oy, points[j, 2] - oz
@@ -96,57 +97,74 @@ def spheres(points, weights, spacing, cells):
         h = (spacing[i] + spacing[j] + spacing[k] + spacing[l]) / 4
         mean = (weights[i] + weights[j] + weights[k] + weights[l]) / 4
         depth[c] = min(np.sqrt(max(size + mean, 0.0)) / h, 1e30)
-    return centers, rho, depth
+
+
+@kernel(inline="late")
+def _entry(ox, oy, oz, ow, ax, ay, az, aw, bx, by, bz, bw, px, py, pz, pw, qx, qy, qz, qw, smaller):
+    """Size at which the facet (o, a, b) enters K_alpha: its own where p and q are no conflict, else its smaller cell's."""
+    ax, ay, az, bx, by, bz = ax - ox, ay - oy, az - oz, bx - ox, by - oy, bz - oz
+    ha = ax * ax + ay * ay + az * az - (aw - ow)
+    hb = bx * bx + by * by + bz * bz - (bw - ow)
+    nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    dx, dy, dz = ha * bx - hb * ax, ha * by - hb * ay, ha * bz - hb * az
+    half = 0.5 / (nx * nx + ny * ny + nz * nz)
+    x, y, z = (dy * nz - dz * ny) * half, (dz * nx - dx * nz) * half, (dx * ny - dy * nx) * half
+    size = x * x + y * y + z * z - ow
+    px, py, pz, qx, qy, qz = px - ox - x, py - oy - y, pz - oz - z, qx - ox - x, qy - oy - y, qz - oz - z
+    attached = (px * px + py * py + pz * pz - pw < size) | (qx * qx + qy * qy + qz * qz - qw < size)
+    return size if (size < smaller) & (not attached) else smaller
 
 
 @kernel
-def facet_sizes(points, weights, spacing, nodes, links, rho, m):
-    """For every (cell, k): `gate` (m, 4), the depth at which the facet opposite k closes, and `leak` (m, 4) bool, closes above 0.
+def facet_sizes(points, weights, spacing, nodes, links, rho, first, last, gate, leak):
+    """Fill in, for every (cell, k), `gate` (m, 4), the depth at which the facet opposite k closes, and `leak` (m, 4), closes above 0.
 
-    A facet enters K_alpha at its own size where it is unattached, else with the smaller of its cells.
+    A facet enters K_alpha at its own size where it is unattached, else with the smaller of its cells. Done are the facets
+    whose lower cell is in the range, a block at a time, which become vector instructions.
     """
-    gate = np.empty((m, 4), np.float32)
-    leak = np.empty((m, 4), np.bool_)
-    for c in range(m):
-        for q in range(4):
-            o = links[c, q]
-            if o < c:
-                s = 0
-                while links[o, s] != c:
-                    s += 1
-                gate[c, q] = gate[o, s]
-                leak[c, q] = leak[o, s]
-                continue
-            i, j, k = nodes[c, (q + 1) & 3], nodes[c, (q + 2) & 3], nodes[c, (q + 3) & 3]
-            ox, oy, oz, ow = points[i, 0], points[i, 1], points[i, 2], weights[i]
-            ax, ay, az = points[j, 0] - ox, points[j, 1] - oy, points[j, 2] - oz
-            bx, by, bz = points[k, 0] - ox, points[k, 1] - oy, points[k, 2] - oz
-            ha = ax * ax + ay * ay + az * az - (weights[j] - ow)
-            hb = bx * bx + by * by + bz * bz - (weights[k] - ow)
-            nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
-            dx, dy, dz = ha * bx - hb * ax, ha * by - hb * ay, ha * bz - hb * az
-            half = 0.5 / (nx * nx + ny * ny + nz * nz)
-            x, y, z = (dy * nz - dz * ny) * half, (dz * nx - dx * nz) * half, (dx * ny - dy * nx) * half
-            size = x * x + y * y + z * z - ow
-            v = nodes[c, q]
-            ex, ey, ez = points[v, 0] - ox - x, points[v, 1] - oy - y, points[v, 2] - oz - z
-            attached = ex * ex + ey * ey + ez * ez - weights[v] < size
-            smaller = rho[c]
-            if o < m:
-                s = 0
-                while links[o, s] != c:
-                    s += 1
-                v = nodes[o, s]
-                ex, ey, ez = points[v, 0] - ox - x, points[v, 1] - oy - y, points[v, 2] - oz - z
-                attached = attached or ex * ex + ey * ey + ez * ez - weights[v] < size
-                smaller = min(smaller, rho[o])
-            if attached or not (size < smaller):
-                size = smaller
-            h = (spacing[i] + spacing[j] + spacing[k]) / 3
-            mean = (weights[i] + weights[j] + weights[k]) / 3
-            gate[c, q] = min(np.sqrt(max(size + mean, 0.0)) / h, 1e30)
-            leak[c, q] = size > 0
-    return gate, leak
+    m = len(gate)
+    facets, beyond = np.empty(_BLOCK, np.int64), np.empty(_BLOCK, np.int64)
+    corner, smaller, size = np.empty((20, _BLOCK)), np.empty(_BLOCK), np.empty(_BLOCK)
+    mean, h = np.empty(_BLOCK), np.empty(_BLOCK)
+    for start in range(first, last, _BLOCK // 4):
+        count = 0
+        for c in range(start, min(start + _BLOCK // 4, last)):
+            for q in range(4):
+                o = np.int64(links[c, q])
+                if o < c:
+                    continue
+                facets[count], beyond[count], smaller[count] = 4 * c + q, -1, rho[c]
+                for j in range(4):
+                    v = nodes[c, (q + 1 + j) & 3]
+                    corner[4 * j, count], corner[4 * j + 1, count] = points[v, 0], points[v, 1]
+                    corner[4 * j + 2, count], corner[4 * j + 3, count] = points[v, 2], weights[v]
+                i, j, k = nodes[c, (q + 1) & 3], nodes[c, (q + 2) & 3], nodes[c, (q + 3) & 3]
+                h[count] = (spacing[i] + spacing[j] + spacing[k]) / 3
+                mean[count] = (weights[i] + weights[j] + weights[k]) / 3
+                if o < m:
+                    s = 0
+                    while links[o, s] != c:
+                        s += 1
+                    v = nodes[o, s]
+                    beyond[count], smaller[count] = 4 * o + s, min(rho[c], rho[o])
+                    corner[16, count], corner[17, count] = points[v, 0], points[v, 1]
+                    corner[18, count], corner[19, count] = points[v, 2], weights[v]
+                else:
+                    for a in range(16, 20):  # nobody there: the corner on this side once more
+                        corner[a, count] = corner[a - 4, count]
+                count += 1
+        x = corner
+        for f in range(count):
+            size[f] = _entry(
+                x[0, f], x[1, f], x[2, f], x[3, f], x[4, f], x[5, f], x[6, f], x[7, f], x[8, f], x[9, f],
+                x[10, f], x[11, f], x[12, f], x[13, f], x[14, f], x[15, f], x[16, f], x[17, f], x[18, f], x[19, f],
+                smaller[f],
+            )  # fmt: skip
+        for f in range(count):
+            width = np.float32(min(np.sqrt(max(size[f] + mean[f], 0.0)) / h[f], 1e30))
+            gate[facets[f] >> 2, facets[f] & 3], leak[facets[f] >> 2, facets[f] & 3] = width, size[f] > 0
+            if beyond[f] >= 0:
+                gate[beyond[f] >> 2, beyond[f] & 3], leak[beyond[f] >> 2, beyond[f] & 3] = width, size[f] > 0
 
 
 @kernel
@@ -239,26 +257,23 @@ def poles(points, nodes, links, centers, rho, depth, m):
 
 
 @kernel
-def descending(keys):
-    """Stable order of non-negative float32 keys, largest first: three passes of a radix sort."""
+def descending(keys, values):
+    """Sort non-negative float32 keys, largest first, and int32 values along with them, both stably: a radix sort in place."""
     n = len(keys)
-    bits = keys.view(np.uint32)
-    order = np.empty(n, np.int32)
-    other = np.empty(n, np.int32)
+    bits, other_bits, other = keys.view(np.uint32), np.empty(n, np.uint32), np.empty(n, np.int32)
+    count = np.zeros((4, 257), np.int64)
     for i in range(n):
-        order[i] = i
-    for shift in (0, 11, 22):
-        count = np.zeros(2049, np.int64)
+        for b in range(4):
+            count[b, 256 - ((bits[i] >> np.uint32(8 * b)) & np.uint32(255))] += 1
+    for b in range(4):
+        for digit in range(256):
+            count[b, digit + 1] += count[b, digit]
         for i in range(n):
-            count[2047 - ((bits[order[i]] >> np.uint32(shift)) & np.uint32(2047)) + 1] += 1
-        for b in range(2048):
-            count[b + 1] += count[b]
-        for i in range(n):
-            b = 2047 - ((bits[order[i]] >> np.uint32(shift)) & np.uint32(2047))
-            other[count[b]] = order[i]
-            count[b] += 1
-        order, other = other, order
-    return order
+            digit = 255 - ((bits[i] >> np.uint32(8 * b)) & np.uint32(255))
+            at = count[b, digit]
+            count[b, digit] += 1
+            other_bits[at], other[at] = bits[i], values[i]
+        bits, other_bits, values, other = other_bits, bits, other, values
 
 
 @kernel(inline="always")
@@ -298,8 +313,8 @@ def facet_evidence(links, gate, m):
     keys = np.empty(len(facets), np.float32)
     for f in range(len(facets)):
         keys[f] = gate[facets[f] >> 2, facets[f] & 3]
-    order = descending(keys)
-    return facets[order], keys[order]
+    descending(keys, facets)
+    return facets, keys
 
 
 @kernel
@@ -307,12 +322,12 @@ def voids(links, depth, m, facets, keys, ratio, widest, sure):
     """Which nodes lie in a void that stands (N,): a component that, when its gate opens to a deeper one, is deeper than
     the gate by `ratio`, the gate no wider than `widest`; or deeper by `sure`, however wide the gate. Infinity is deepest."""
     N = len(links)
-    parent = np.arange(N)
+    parent = np.arange(N).astype(np.int32)
     parent[m:] = m
     deepest = np.zeros(N, np.float32)
     deepest[:m] = depth
     deepest[m] = np.inf
-    joined = np.full(N, -1, np.int64)
+    joined = np.full(N, -1, np.int32)
     stands = np.zeros(N, np.bool_)
     for f in range(len(facets)):
         a = np.int64(facets[f] >> 2)
@@ -348,18 +363,19 @@ def signed_forest(links, m, facets, keys, opposite, pole, anti, trust, sealed):
     Returns sides (N,) int8, 0 where the first ghost is, and how much of the evidence for opposite sides was passed over.
     """
     N = len(links)
-    parent = np.empty(N, np.int64)
+    parent = np.empty(N, np.int32)
     for x in range(N):
         parent[x] = 2 * x
     if sealed:
         for g in range(m + 1, N):
             parent[g] = 2 * m
-    by_trust = descending(trust)
+    strength, by_trust = trust.copy(), np.arange(len(trust)).astype(np.int32)
+    descending(strength, by_trust)
     count = len(facets)
     passed = 0
     s = 0
     for f in range(count + 1):
-        while s < len(by_trust) and (f == count or trust[by_trust[s]] > keys[f]):
+        while s < len(by_trust) and (f == count or strength[s] > keys[f]):
             v = by_trust[s]
             s += 1
             if anti[v] < 0:

@@ -119,5 +119,6 @@ def sheet_evidence(nodes, links, gate, axis, normals, height, widest):
             keys[f] = np.float32(1) + margin
         else:
             keys[f] = np.float32(1e-3) * margin
-    order = descending(keys)
-    return facets[order], keys[order], opposite[order]
+    order = np.arange(len(facets)).astype(np.int32)
+    descending(keys, order)
+    return facets[order], keys, opposite[order]

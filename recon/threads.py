@@ -7,7 +7,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 
-from recon.contracts import InvalidInput
+from .contracts import InvalidInput
 
 T = TypeVar("T")
 _SMALL = 4096  # rows that are not worth a thread
