@@ -25,7 +25,7 @@ PACKAGES = ("weighted-alpha-recon", "open3d", "pymeshlab", "numpy", "numba")
 def write(results: Sequence[Result], out: Path) -> None:
     """Write results.md and results.html to a folder; pictures are taken from its folder `pictures`."""
     sections = [
-        ("What recon does not solve", failures(results)),
+        (FAILED, failures(results)),
         ("Solved, one thing at a time: closed surfaces", contest(results, closed=True)),
         ("Solved, one thing at a time: open surfaces", contest(results, closed=False)),
         ("Solved by recon, everything at once: closed surfaces", crossed(results, closed=True)),
@@ -39,11 +39,13 @@ def write(results: Sequence[Result], out: Path) -> None:
     text = [f"# Evidence\n\n{machine()}\n", f"{LEGEND}\n"]
     text += [f"## {title}\n\n{markdown(rows)}\n" for title, rows in sections]
     (out / "results.md").write_text("\n".join(text), encoding="utf-8")
-    page = [f"<h1>Evidence</h1><p>{escape(machine())}</p><p>{escape(LEGEND)}</p>"]
-    page += [f"<h2>{escape(title)}</h2>{html(rows)}" for title, rows in sections[1:]]
-    (out / "results.html").write_text(PAGE + "".join(page) + gallery(results, out / "pictures"), encoding="utf-8")
+    bad, *good = gallery(results, out / "pictures")
+    page = [f"<h1>Evidence</h1><p>{escape(machine())}</p>", bad, f"<p>{escape(LEGEND)}</p>"]
+    page += [f"<h2>{escape(title)}</h2>{html(rows)}" for title, rows in sections if title != FAILED]
+    (out / "results.html").write_text(PAGE + "".join([*page, *good]), encoding="utf-8")
 
 
+FAILED = "What recon does not solve"
 LEGEND = (
     "In each cell: solved / right topology / of how many; median distance from the true surface in d1, the median distance "
     "between nearest neighbours (the larger of both ways)."
@@ -118,7 +120,7 @@ def contest(results: Sequence[Result], closed: bool) -> list[list[str]]:
         these = [r for r in synthetic(results, name, closed) if r["condition"] in CONDITIONS]
         if these:
             cells = [cell(r for r in these if r["condition"] == condition) for condition in rows[0][1:-1]]
-            rows.append([name, *cells, f"{np.mean([r.get('cpu', np.nan) for r in these]):.2f}"])
+            rows.append([name, *cells, f"{np.mean([r['cpu'] for r in these if 'cpu' in r]):.2f}"])
     return rows
 
 
@@ -243,19 +245,19 @@ def scans(results: Sequence[Result]) -> list[list[str]]:
     return rows
 
 
-def gallery(results: Sequence[Result], pictures: Path) -> str:
-    """Pictures, failures of recon first, then what it solves, then the peers."""
+def gallery(results: Sequence[Result], pictures: Path) -> list[str]:
+    """Pictures in three parts: failures of recon, what it solves, the peers."""
     groups = (
-        ("recon: not solved", [r for r in results if r["contender"] == RECON and r["faults"]]),
-        ("recon: solved", [r for r in results if r["contender"] == RECON and not r["faults"]]),
-        ("others, plain samples", [r for r in results if r["contender"] != RECON]),
+        (FAILED, [r for r in results if r["contender"] == RECON and r["faults"]]),
+        ("What recon solves", [r for r in results if r["contender"] == RECON and not r["faults"]]),
+        ("Others, plain samples", [r for r in results if r["contender"] != RECON]),
     )
     parts = []
     for title, these in groups:
         shown = [r for r in these if "picture" in r and (pictures / r["picture"]).exists()]
         figures = [_figure(r, as_url((pictures / r["picture"]).read_bytes())) for r in shown]
         parts.append(f"<h2>{title}</h2><div class=all>{''.join(figures)}</div>" if figures else "")
-    return "".join(parts)
+    return parts
 
 
 def _figure(result: Result, url: str) -> str:

@@ -75,12 +75,13 @@ def uniform(points: Array, near: float) -> Iterator[recon.Mesh]:
 
 
 def boundary(points: Array, found: weighting.Closure) -> recon.Mesh:
-    """What weights reach, turned to face outward as far as it can be."""
+    """What weights reach, turned to face outward as far as it can be; they say nothing of sides themselves."""
     return recon.Mesh.from_arrays(points, outward(points, found.faces))
 
 
 def outward(points: Array, faces: NDArray) -> NDArray:
-    """Faces turned to agree with their neighbours, and to enclose a positive volume."""
+    """Faces turned to agree with their neighbours; patches inside of an odd number of others inward, the rest outward."""
+    from recon.proximity import FaceQueries
     from recon.topology import agreeing, patches
 
     faces = agreeing(faces)
@@ -89,7 +90,12 @@ def outward(points: Array, faces: NDArray) -> NDArray:
     patch = patches(faces)
     a, b, c = np.moveaxis((points - points.mean(axis=0))[faces], 1, 0)
     volume = np.bincount(patch, np.einsum("ij,ij->i", a, np.cross(b, c)))
-    return np.where(volume[patch][:, None] < 0, faces[:, ::-1], faces)
+    faces = np.where(volume[patch][:, None] < 0, faces[:, ::-1], faces)
+    inside = np.zeros(len(volume), np.int64)
+    for other in range(len(volume) if len(volume) > 1 else 0):
+        first = points[faces[np.unique(patch, return_index=True)[1], 0]]
+        inside += (FaceQueries(points, faces[patch == other]).winding(first) == 1) & (np.arange(len(volume)) != other)
+    return np.where(inside[patch][:, None] % 2 == 1, faces[:, ::-1], faces)
 
 
 def identified(points: Array, vertices: Array, faces: NDArray) -> recon.Mesh:
