@@ -9,12 +9,16 @@ import sys
 import tempfile
 import threading
 from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 from typing import BinaryIO
+
+from numpy.typing import NDArray
 
 from ..contracts import InvalidInput
 
 STREAM = "-"
+_ROWS = 1 << 16
 _unfinished: set[str] = set()  # files that are being written, under their temporary names
 _lock = threading.Lock()  # held while one is made and noted
 
@@ -110,6 +114,13 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
     except BaseException:
         _discard(temporary)
         raise
+
+
+def write_rows(file: BinaryIO, pattern: str, *tables: NDArray) -> None:
+    """Print the rows of tables (n, k), side by side, by a pattern; a block at a time, as Python's numbers take much room."""
+    for begin in range(0, len(tables[0]), _ROWS):
+        rows = zip(*(table[begin : begin + _ROWS].tolist() for table in tables))
+        file.write("".join([pattern % tuple(chain.from_iterable(row)) for row in rows]).encode())
 
 
 @contextlib.contextmanager

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ..contracts import InvalidInput
 from .cloud import Content, Polygons
+from .files import write_rows
 from .lines import Lines
 
 Groups = tuple[tuple[NDArray[np.int64], NDArray[np.int64]], ...]
@@ -76,15 +77,13 @@ def write(
         scale = np.iinfo(colors.dtype).max if colors.dtype.kind in "iu" else 1
         columns = np.column_stack([points, colors / scale])
         pattern += " %.9g %.9g %.9g"
-    file.write("".join([(pattern + "\n") % tuple(row) for row in columns.tolist()]).encode())
+    write_rows(file, pattern + "\n", columns)
     corner = "%d"
     corners = faces.astype(np.int64) + 1
     if "normals" in attributes:
-        normals = attributes["normals"].astype(np.float64).tolist()
-        file.write("".join([f"vn {x!r} {y!r} {z!r}\n" for x, y, z in normals]).encode())
+        write_rows(file, "vn %r %r %r\n", attributes["normals"].astype(np.float64))
         corner, corners = "%d//%d", np.repeat(corners, 2, axis=1)
-    pattern = f"f {corner} {corner} {corner}\n"
-    file.write("".join([pattern % tuple(row) for row in corners.tolist()]).encode())
+    write_rows(file, f"f {corner} {corner} {corner}\n", corners)
 
 
 def _faces(lines: Lines, rows: list[str], places: list[int], above: NDArray[np.int64]) -> Groups:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from itertools import chain
 from typing import BinaryIO
 
 import numpy as np
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 
 from ..contracts import InvalidInput
 from .cloud import Content, Polygons
+from .files import write_rows
 from .lines import Lines, is_number, shown
 
 _KEYWORD = re.compile(r"(ST)?(C)?(N)?(4)?(n)?OFF\b", re.IGNORECASE)
@@ -73,19 +73,18 @@ def write(
     file: BinaryIO, points: NDArray[np.float64], attributes: Mapping[str, NDArray], faces: NDArray[np.int32]
 ) -> None:
     """Write OFF with every digit of float64; normals and byte colours by the prefixes N and C."""
-    columns = [points.tolist()]
+    columns: list[NDArray] = [points]
     pattern, prefix = "%r %r %r", ""
     if "normals" in attributes:
-        columns.append(attributes["normals"].astype(np.float64).tolist())
+        columns.append(attributes["normals"].astype(np.float64))
         pattern, prefix = pattern + " %r %r %r", "N"
     if "colors" in attributes:
         colors = attributes["colors"]
-        columns.append((colors if colors.shape[1] == 4 else np.insert(colors, 3, 255, axis=1)).tolist())
+        columns.append(colors if colors.shape[1] == 4 else np.insert(colors, 3, 255, axis=1))
         pattern, prefix = pattern + " %d %d %d %d", "C" + prefix
     file.write(f"{prefix}OFF\n{len(points)} {len(faces)} 0\n".encode())
-    pattern += "\n"
-    file.write("".join([pattern % tuple(chain.from_iterable(row)) for row in zip(*columns)]).encode())
-    file.write("".join([f"3 {a} {b} {c}\n" for a, b, c in faces.tolist()]).encode())
+    write_rows(file, pattern + "\n", *columns)
+    write_rows(file, "3 %d %d %d\n", faces)
 
 
 def _faces(lines: Lines, rows: list[str], first: int) -> tuple[tuple[NDArray[np.int64], NDArray[np.int64]], ...]:

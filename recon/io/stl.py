@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ..contracts import InvalidInput
 from .cloud import Content, Polygons
+from .files import write_rows
 from .lines import Lines
 
 _HEADER = 84
@@ -66,12 +67,11 @@ def write(file: BinaryIO, points: NDArray[np.float64], faces: NDArray[np.int32])
         block["normal"], block["corners"] = normals, corners
         file.write(b"binary STL".ljust(80, b" ") + len(faces).to_bytes(4, "little") + block.tobytes())
         return
-    vertices = [f"vertex {x!r} {y!r} {z!r}\n" for x, y, z in points.tolist()]
-    facets = [
-        f"facet normal {x:.6g} {y:.6g} {z:.6g}\nouter loop\n{vertices[a]}{vertices[b]}{vertices[c]}endloop\nendfacet\n"
-        for (x, y, z), (a, b, c) in zip(normals.tolist(), faces.tolist())
-    ]
-    file.write(f"solid recon\n{''.join(facets)}endsolid recon\n".encode())
+    vertices = np.array([f"vertex {x!r} {y!r} {z!r}\n" for x, y, z in zip(*points.T.tolist())], object)
+    file.write(b"solid recon\n")
+    pattern = "facet normal %.6g %.6g %.6g\nouter loop\n%s%s%sendloop\nendfacet\n"
+    write_rows(file, pattern, normals, vertices[faces])
+    file.write(b"endsolid recon\n")
 
 
 def _ascii(data: bytes, name: str) -> NDArray[np.float64]:
