@@ -345,15 +345,14 @@ def repair(points, spacing, nodes, links, gate, sides, pole, anti, widest, round
                 )
         if gained > -1e-9:
             break
-    if sealed:
-        absorb(nodes, links, gate, m, sides, component, size, np.int64(state[1]))
-    excesses(ground, scratch, widest, sides, excess)
+    if sealed and absorb(nodes, links, gate, m, sides, component, size, np.int64(state[1])):
+        excesses(ground, scratch, widest, sides, excess)
     return excess, state[2]
 
 
 @kernel
 def absorb(nodes, links, gate, m, sides, component, size, count):
-    """Flip the islands that are no voids: no gate inside is wider than the widest one of the wall around."""
+    """Flip the islands that are no voids: no gate inside is wider than the widest one of the wall around. How many nodes?"""
     N = len(nodes)
     inner = np.zeros(count, np.float32)
     outer = np.zeros(count, np.float32)
@@ -364,7 +363,10 @@ def absorb(nodes, links, gate, m, sides, component, size, count):
                 inner[c] = max(inner[c], gate[x, k])
             else:
                 outer[c] = max(outer[c], gate[x, k])
+    flipped = 0
     for x in range(m):
         c = component[x]
         if size[c] < min(ISLAND, BODY * N) and inner[c] <= outer[c]:
             sides[x] ^= 1
+            flipped += 1
+    return flipped

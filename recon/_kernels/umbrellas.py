@@ -28,13 +28,42 @@ def star_lists(nodes, n):
     return starts, star
 
 
+@kernel(inline="always")
+def _join(number, corner, parent, degree, count, one, two):
+    """Put an edge into the link graph of a sample; its vertices so far."""
+    first = np.int32(-1)
+    for u in (one, two):
+        at = number[u]
+        if at < 0:
+            at = np.int32(count)
+            number[u] = at
+            corner[at], parent[at], degree[at] = u, at, 0
+            count += 1
+        degree[at] += 1
+        while parent[at] != at:
+            at = parent[at]
+        if first >= 0:
+            parent[at] = first
+        first = at
+    return count
+
+
+@kernel(inline="always")
+def _excess(number, corner, parent, degree, count):
+    """Umbrellas beyond the first by the link graph of a sample, which is cleared.
+
+    As many as the graph has components, and (degree - 1) // 2 more at each of its vertices.
+    """
+    excess = -1
+    for i in range(count):
+        excess += (parent[i] == i) + (degree[i] - 1) // 2
+        number[corner[i]] = -1
+    return excess
+
+
 @kernel
 def umbrellas(ground, scratch, widest, sides, v):
-    """Umbrellas of sample v beyond the first, -1 where it has no facet; facets of wider gate than `widest` are none.
-
-    The link of v in the surface is a graph: as many umbrellas as it has components, and (degree - 1) // 2 more at each
-    of its vertices.
-    """
+    """Umbrellas of sample v beyond the first, -1 where it has no facet; facets of wider gate than `widest` are none."""
     _, _, nodes, links, gate, starts, star = ground
     number, corner, parent, degree = scratch
     m = len(gate)
@@ -47,34 +76,47 @@ def umbrellas(ground, scratch, widest, sides, v):
             y = links[x, k]
             if (y < x and y < m) or sides[y] == sides[x] or nodes[x, k] == v or gate[x, k] > widest:
                 continue
-            first = np.int32(-1)
-            for j in range(4):
-                u = nodes[x, j]
-                if j == k or u == v:
-                    continue
-                at = number[u]
-                if at < 0:
-                    at = np.int32(count)
-                    number[u] = at
-                    corner[at], parent[at], degree[at] = u, at, 0
-                    count += 1
-                degree[at] += 1
-                while parent[at] != at:
-                    at = parent[at]
-                if first >= 0:
-                    parent[at] = first
-                first = at
-    excess = -1
-    for i in range(count):
-        excess += (parent[i] == i) + (degree[i] - 1) // 2
-        number[corner[i]] = -1
-    return excess
+            j = 0
+            while j == k or nodes[x, j] == v:
+                j += 1
+            l = j + 1
+            while l == k or nodes[x, l] == v:
+                l += 1
+            count = _join(number, corner, parent, degree, count, nodes[x, j], nodes[x, l])
+    return _excess(number, corner, parent, degree, count)
 
 
 @kernel
 def excesses(ground, scratch, widest, sides, excess):
-    """`umbrellas` of every sample into `excess` (n,)."""
-    starts = ground[5]
-    for v in range(len(excess)):
+    """`umbrellas` of every sample into `excess` (n,), from a list of the facets of the surface."""
+    _, _, nodes, links, gate, starts, _ = ground
+    number, corner, parent, degree = scratch
+    n, m = len(excess), len(gate)
+    place = np.zeros(n + 2, np.int64)
+    pairs = np.empty((0, 2), np.int32)
+    for turn in range(2):
+        for x in range(m):
+            for k in range(4):
+                y = links[x, k]
+                if (y < x and y < m) or sides[y] == sides[x] or gate[x, k] > widest:
+                    continue
+                for j in range(4):
+                    if j != k and turn == 0:
+                        place[nodes[x, j] + 2] += 1
+                    elif j != k:
+                        at = place[nodes[x, j] + 1]
+                        place[nodes[x, j] + 1] += 1
+                        i = 0
+                        while i == j or i == k:
+                            i += 1
+                        pairs[at, 0], pairs[at, 1] = nodes[x, i], nodes[x, 6 - i - j - k]
+        if turn == 0:
+            for v in range(n):
+                place[v + 2] += place[v + 1]
+            pairs = np.empty((place[n + 1], 2), np.int32)
+    for v in range(n):
         if starts[v + 1] > starts[v]:
-            excess[v] = umbrellas(ground, scratch, widest, sides, v)
+            count = 0
+            for i in range(place[v], place[v + 1]):
+                count = _join(number, corner, parent, degree, count, pairs[i, 0], pairs[i, 1])
+            excess[v] = _excess(number, corner, parent, degree, count)
