@@ -173,7 +173,7 @@ def _ranges(
     np.divide(stops - critical[0], starts - critical[0], out=ratio, where=settled & (starts > critical[0]))
     ratio[(starts <= 0.0) & (stops > 0.0)] = math.inf
     longest = np.argsort(-ratio, kind="stable")[: (number + 1) // 2]
-    others = np.setdiff1d(np.arange(len(starts)), longest)
+    others = np.delete(np.arange(len(starts)), longest)
     even = (
         others[np.unique(np.linspace(0, len(others) - 1, number // 2).round().astype(int))] if len(others) else others
     )
