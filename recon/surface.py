@@ -339,8 +339,14 @@ class _Evidence:
         buried, pinched = int((excess < 0).sum()), int((excess > 0).sum())
         bridged = self.leak[cell, corner]
         walls = faces[self.gate[cell, corner] > OPEN_GATE]
-        share = len(np.unique(walls)) / max(1, len(np.unique(faces)))
+        share = self.corners(walls).sum() / max(1, self.corners(faces).sum())
         return Surface(self.rows(faces), bridged, "closed", confidence, reason, buried, pinched, passed), share
+
+    def corners(self, simplices: NDArray[np.integer]) -> NDArray[np.bool_]:
+        """Which points are vertices of these simplices (n,)?"""
+        found = np.zeros(len(self.points), bool)
+        found[simplices.ravel()] = True
+        return found
 
     def rows(self, faces: NDArray[np.int32]) -> NDArray[np.int32]:
         """Faces in rows of the input."""
@@ -355,11 +361,7 @@ class _Evidence:
         cell, corner = cell[keep], corner[keep]
         faces = np.take_along_axis(self.cells[cell], OUTWARD[corner], axis=1)
         faces = _turned(self.points, faces.astype(np.int64)).astype(np.int32)
-        used = np.zeros(len(self.points), bool)
-        used[faces.ravel()] = True
-        vertices = np.zeros(len(self.points), bool)
-        vertices[self.cells.ravel()] = True
-        buried = int((vertices & ~used).sum())
+        buried = int((self.corners(self.cells) & ~self.corners(faces)).sum())
         kind = "closed" if topology(faces).closed else "open"
         bridged = self.leak[cell, corner]
         return Surface(self.rows(faces), bridged, kind, confidence, reason, buried, int((excess > 0).sum()), passed)

@@ -10,7 +10,7 @@ import numpy as np
 
 from .compile import kernel
 
-_BLOCK = 128  # facets measured at a time
+_BLOCK = 128  # facets at a time
 
 
 @kernel
@@ -329,15 +329,18 @@ def voids(links, depth, m, facets, keys, ratio, widest, sure):
     deepest[m] = np.inf
     joined = np.full(N, -1, np.int32)
     stands = np.zeros(N, np.bool_)
+    one, two = np.empty(_BLOCK, np.int64), np.empty(_BLOCK, np.int64)
     for f in range(len(facets)):
-        a = np.int64(facets[f] >> 2)
-        b = np.int64(links[a, facets[f] & 3])
+        if f % _BLOCK == 0:  # ahead of time, all at once: memory answers many questions as fast as one
+            for i in range(f, min(f + _BLOCK, len(facets))):
+                one[i - f], two[i - f] = parent[facets[i] >> 2], parent[links[facets[i] >> 2, facets[i] & 3]]
+        a, b = one[f % _BLOCK], two[f % _BLOCK]
         while parent[a] != a:
             parent[a] = parent[parent[a]]
-            a = parent[a]
+            a = np.int64(parent[a])
         while parent[b] != b:
             parent[b] = parent[parent[b]]
-            b = parent[b]
+            b = np.int64(parent[b])
         if a == b:
             continue
         if deepest[a] < deepest[b] or (deepest[a] == deepest[b] and a > b):
@@ -373,6 +376,7 @@ def signed_forest(links, m, facets, keys, opposite, pole, anti, trust, sealed):
     descending(strength, by_trust)
     count = len(facets)
     passed = 0
+    one, two = np.empty(_BLOCK, np.int64), np.empty(_BLOCK, np.int64)
     s = 0
     for f in range(count + 1):
         while s < len(by_trust) and (f == count or strength[s] > keys[f]):
@@ -387,13 +391,16 @@ def signed_forest(links, m, facets, keys, opposite, pole, anti, trust, sealed):
             else:
                 parent[max(a, b)] = 2 * min(a, b) + (1 ^ p ^ q)
         if f < count:
-            e = facets[f]
-            a, p = _root(parent, np.int64(e >> 2))
-            b, q = _root(parent, np.int64(links[e >> 2, e & 3]))
+            if f % _BLOCK == 0:  # ahead of time, all at once: memory answers many questions as fast as one
+                for i in range(f, min(f + _BLOCK, count)):
+                    one[i - f], two[i - f] = parent[facets[i] >> 2], parent[links[facets[i] >> 2, facets[i] & 3]]
+            a, p = _root(parent, one[f % _BLOCK] >> 1)
+            b, q = _root(parent, two[f % _BLOCK] >> 1)
+            odd = (one[f % _BLOCK] ^ two[f % _BLOCK]) & 1 ^ p ^ q
             if a != b:
-                parent[max(a, b)] = 2 * min(a, b) + (opposite[f] ^ p ^ q)
+                parent[max(a, b)] = 2 * min(a, b) + (opposite[f] ^ odd)
             else:
-                passed += opposite[f] == 1 and p == q
+                passed += opposite[f] == 1 and odd == 0
     sides = np.empty(N, np.int8)
     for x in range(N):
         sides[x] = _root(parent, np.int64(x))[1]
