@@ -47,8 +47,8 @@ def write(results: Sequence[Result], out: Path) -> None:
 
 FAILED = "What recon does not solve"
 LEGEND = (
-    "In each cell: solved / right topology / of how many; median distance from the true surface in d1, the median distance "
-    "between nearest neighbours (the larger of both ways)."
+    "In each cell: solved / right topology (of 16 closed or 6 open surfaces); median distance from the true surface in d1, the median "
+    "distance between nearest neighbours (the larger of both ways)."
 )
 PAGE = """<!doctype html><meta charset="utf-8"><meta name="viewport" content="width=device-width"><title>Evidence</title>
 <style>
@@ -88,14 +88,19 @@ def html(rows: Sequence[Sequence[str]]) -> str:
     return f"<table>{''.join(lines)}</table>"
 
 
-def cell(results: Iterable[Result]) -> str:
-    """How many are solved, how many have the right topology, of how many; and the median distance."""
+def cell(results: Iterable[Result], whole: int) -> str:
+    """How many are solved, how many have the right topology, and the median distance; of how many where it is not the whole."""
     these = list(results)
     if not these:
         return ""
-    solved, shape = (sum(map(bool, part)) for part in zip(*((not r["faults"], r.get("shape")) for r in these)))
+    solved, shape = sum(map(_solved, these)), sum(map(_shape, these))
     off = float(np.median([np.inf if r.get("off") is None else r["off"] for r in these]))
-    return f"{solved} / {shape} / {len(these)}; {off:.2f}"
+    return f"{solved} / {shape}; {off:.2f}" + f" (of {len(these)})" * (len(these) != whole)
+
+
+def how_many(closed: bool) -> int:
+    """Closed or open surfaces in the catalogue."""
+    return len(CLOSED) if closed else len(SURFACES) - len(CLOSED)
 
 
 def synthetic(results: Iterable[Result], contender: str, closed: bool) -> list[Result]:
@@ -119,7 +124,7 @@ def contest(results: Sequence[Result], closed: bool) -> list[list[str]]:
     for name in (RECON, *WEIGHTS, *PEERS):
         these = [r for r in synthetic(results, name, closed) if r["condition"] in CONDITIONS]
         if these:
-            cells = [cell(r for r in these if r["condition"] == condition) for condition in rows[0][1:-1]]
+            cells = [cell((r for r in these if r["condition"] == c), how_many(closed)) for c in rows[0][1:-1]]
             rows.append([name, *cells, f"{np.mean([r['cpu'] for r in these if 'cpu' in r]):.2f}"])
     return rows
 
@@ -131,7 +136,12 @@ def crossed(results: Sequence[Result], closed: bool) -> list[list[str]]:
     rows = [["density, noise", *(column or "neither" for column in columns)]]
     for before in dict.fromkeys(_graded_and_noisy(r["condition"]) for r in these):
         wanted = [", ".join(part for part in (before, column) if part) or "plain" for column in columns]
-        rows.append([before or "even, none", *(cell(r for r in these if r["condition"] == w) for w in wanted)])
+        rows.append(
+            [
+                before or "even, none",
+                *(cell((r for r in these if r["condition"] == w), how_many(closed)) for w in wanted),
+            ]
+        )
     return rows
 
 

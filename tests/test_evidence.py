@@ -153,7 +153,8 @@ def test_failures_are_listed_and_come_first(tmp_path):
         "cpu": 1.0,
     }
     bad = {"contender": "recon", "source": "sphere", "condition": "plain", "faults": ["crashed, exit code -11"]}
-    assert evidence_report.cell([good, bad]) == "1 / 1 / 2; inf"
+    assert evidence_report.cell([good, bad], 2) == "1 / 1; inf"
+    assert evidence_report.cell([good], 2) == "1 / 1; 0.10 (of 1)"
     evidence_report.write([good, bad], tmp_path)
     text = (tmp_path / "results.md").read_text()
     assert text.index("crashed, exit code -11") < text.index("Solved, one thing at a time")
