@@ -605,3 +605,16 @@ def test_open3d_reads_the_same_points(name):
     theirs = np.asarray(open3d.io.read_point_cloud(data(f"points/{name}")).points)
     ours = recon.read_points(data(f"points/{name}")).points
     assert np.array_equal(theirs.astype(np.float32), ours.astype(np.float32))
+
+
+@pytest.mark.parametrize("name", ["m.obj", "m.off", "m.stl"])
+def test_text_is_the_same_in_small_blocks(tmp_path, monkeypatch, name):
+    rng = np.random.default_rng(5)
+    attributes = {"normals": rng.normal(size=(20, 3)), "colors": rng.integers(0, 256, (20, 3), dtype=np.uint8)}
+    mesh = recon.Mesh.from_arrays(rng.normal(size=(20, 3)), rng.integers(0, 20, (31, 3)), None, attributes)
+    recon.write_mesh(mesh, tmp_path / name)
+    whole = (tmp_path / name).read_bytes()
+    monkeypatch.setattr(recon.io.files, "_ROWS", 7)
+    recon.write_mesh(mesh, tmp_path / name)
+    assert (tmp_path / name).read_bytes() == whole
+    assert len(recon.read_mesh(tmp_path / name).faces) == 31
