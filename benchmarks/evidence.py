@@ -240,7 +240,7 @@ def run(contender: str, case: Case, folder: Path | None, pictures: Path) -> dict
             judged["faults"] += [f"read as {result.surface}, not {wanted}"] * (wanted != result.surface)
             if "certificate" in judged:
                 judged["faults"].append(f"certificate: {judged['certificate']}")
-        rank = (len(judged["faults"]), judged.get("off") or np.inf)
+        rank = (judged["faults"] != [], not judged.get("shape"), np.inf if judged.get("off") is None else judged["off"])
         if best is None or rank < best[0]:
             best, shown = (rank, judged), mesh
         begin = time.process_time()
