@@ -71,6 +71,13 @@ def test_bodies_apart_come_out_apart():
     assert (t.components, t.euler, t.closed) == (2, 2, True)
 
 
+@pytest.mark.parametrize("ratio", [1, 10])
+def test_bodies_that_pass_close_by_are_not_joined_by_a_neck(ratio):
+    cloud = datasets_synthetic.surface("linked_tori").sample(3000, density=ratio, rng=1)
+    mesh = recon.reconstruct(cloud.points).report["mesh"]
+    assert (mesh["components"], mesh["chi"], mesh["genus"]) == (2, 0, 2)
+
+
 def test_scaling_by_a_power_of_two_and_moving_by_integers_change_nothing():
     points = np.round(datasets_synthetic.surface("torus").sample(800, rng=3).points * 2**20) / 2**20
     faces = recon.reconstruct(points).mesh.faces

@@ -2,7 +2,8 @@
 
 Energy = BURIED for each sample with one side missing + PINCH for each umbrella beyond the first + TOPOLOGY for each
 component and handle + WALL * radius^2 for each surface facet (radius in local spacings, capped). A move flips a growing
-set of nodes of one side, in a stated order, and keeps the prefix of lowest energy.
+set of nodes of one side, in a stated order, and keeps the prefix of lowest energy. Bodies may be parted and islands
+joined to them, but two bodies that become one gain nothing by that: a neck is not worth it.
 """
 
 from __future__ import annotations
@@ -146,9 +147,9 @@ def move(ground, scratch, widest, sides, work, seed, reach, hopeless, order):
     side, ours = sides[seed], component[seed]
     heap = [(0.0, np.int64(seed))]
     mark[seed] = first
-    touched = [np.int32(-1)]
+    touched, bodies, body = [np.int32(-1)], 0, min(ISLAND, BODY * len(nodes))
     energy, chi, length = 0.0, 0, 0
-    best, best_length, best_energy, best_chi, best_touched = -1e-9, 0, 0.0, 0, 0
+    best, best_length, best_energy, best_chi, best_touched, best_bodies = -1e-9, 0, 0.0, 0, 0, 0
     low, low_length = 0.0, 0
     while len(heap) > 0 and length < reach:
         x = heapq.heappop(heap)[1]
@@ -158,17 +159,20 @@ def move(ground, scratch, widest, sides, work, seed, reach, hopeless, order):
             y = links[x, k]
             if mark[y] != -first and sides[y] != side and component[y] not in touched:
                 touched.append(component[y])
+                bodies += size[component[y]] >= body
         change, turned = flip(ground, scratch, widest, sides, x, excess)
         energy += change
         chi += turned
         mark[x] = -first
         chain[length] = x
         length += 1
-        # one more component where it touches none, one less for each further one it joins or when it used up its own
-        pieces = 2 - len(touched) - (length == size[ours])
+        # one more component where it touches none, one less for each further one it joins or when it used up its own;
+        # but two bodies that become one are nothing gained
+        pieces = 2 - len(touched) - (length == size[ours]) + max(bodies - 1, 0)
         total = energy + TOPOLOGY * (2 * pieces - chi / 2)
         if total < best:
-            best, best_length, best_energy, best_chi, best_touched = total, length, energy, chi, len(touched)
+            best, best_length, best_energy, best_chi = total, length, energy, chi
+            best_touched, best_bodies = len(touched), bodies
         if total < low or length == 1:
             low, low_length = total, length
         if total > best + hopeless or (order == STEEPEST and length > low_length + 1):
@@ -189,7 +193,7 @@ def move(ground, scratch, widest, sides, work, seed, reach, hopeless, order):
     if best_length > 0:
         stamp += 1
         cut, tail = cut_off(links, component, ours, chain, best_length, queue, after, label, seen, stamp)
-        pieces = 2 - best_touched + cut
+        pieces = 2 - best_touched + cut + max(best_bodies - 1, 0)
         best = best_energy + TOPOLOGY * (2 * pieces - best_chi / 2)
         if best > -1e-9:
             best = 0.0

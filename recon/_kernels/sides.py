@@ -215,12 +215,11 @@ def poles(points, nodes, links, centers, rho, depth, m):
         for q in range(4):
             v = nodes[g, q]
             if v < n:
-                f = normals[g - m]
-                along = f[0] * outward[v, 0] + f[1] * outward[v, 1] + f[2] * outward[v, 2]
+                ox, oy, oz, best = outward[v, 0], outward[v, 1], outward[v, 2], pole[v] - m
+                along = normals[g - m, 0] * ox + normals[g - m, 1] * oy + normals[g - m, 2] * oz
                 if along <= 0:
                     bent[v] = True  # the rim of a sheet: the hull turns back, both sides are outside
-                best = normals[pole[v] - m]
-                if along > best[0] * outward[v, 0] + best[1] * outward[v, 1] + best[2] * outward[v, 2]:
+                if along > normals[best, 0] * ox + normals[best, 1] * oy + normals[best, 2] * oz:
                     pole[v] = g
     for v in range(n):
         if pole[v] >= 0 and pole[v] < m:
@@ -322,10 +321,11 @@ def voids(links, depth, m, facets, keys, ratio, widest, sure):
     """Which nodes lie in a void that stands (N,): a component that, when its gate opens to a deeper one, is deeper than
     the gate by `ratio`, the gate no wider than `widest`; or deeper by `sure`, however wide the gate. Infinity is deepest."""
     N = len(links)
-    parent = np.arange(N).astype(np.int32)
-    parent[m:] = m
-    deepest = np.zeros(N, np.float32)
-    deepest[:m] = depth
+    parent, deepest = np.empty(N, np.int32), np.zeros(N, np.float32)
+    for x in range(N):
+        parent[x] = min(x, m)
+        if x < m:
+            deepest[x] = depth[x]
     deepest[m] = np.inf
     joined = np.full(N, -1, np.int32)
     stands = np.zeros(N, np.bool_)
@@ -372,7 +372,9 @@ def signed_forest(links, m, facets, keys, opposite, pole, anti, trust, sealed):
     if sealed:
         for g in range(m + 1, N):
             parent[g] = 2 * m
-    strength, by_trust = trust.copy(), np.arange(len(trust)).astype(np.int32)
+    strength, by_trust = trust.copy(), np.empty(len(trust), np.int32)
+    for v in range(len(trust)):
+        by_trust[v] = v
     descending(strength, by_trust)
     count = len(facets)
     passed = 0
