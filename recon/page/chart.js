@@ -18,13 +18,17 @@ function drawChart(canvas, family, scale, marks) {
   pen.fillStyle = shade("dim");
   pen.strokeStyle = shade("line");
   pen.lineWidth = 1;
+  let written = Infinity;
   for (let value = 1; value <= top; value *= 10) {
     const at = Math.round(y(value)) + 0.5;
     pen.beginPath();
     pen.moveTo(0, at);
     pen.lineTo(width, at);
     pen.stroke();
-    pen.fillText(value.toLocaleString("en-US"), 2 * ratio, at < 12 * ratio ? at + 10 * ratio : at - 2 * ratio);
+    const line = at < 12 * ratio ? at + 10 * ratio : at - 2 * ratio;
+    if (written - line < 10 * ratio) continue; // no room above the last one
+    pen.fillText(value.toLocaleString("en-US"), 2 * ratio, line);
+    written = line;
   }
   const zero = Math.round(width * scale.place(0)) + 0.5;
   if (family.critical[0] < 0 && family.critical[family.critical.length - 1] > 0) {
