@@ -10,7 +10,7 @@ search gives every sample exactly one umbrella of facets.
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -121,13 +121,18 @@ def label_surface(
     if kind == "closed":
         return evidence.closed("asked for", 1.0)[0]
     share = evidence.share_on_voids(threads)
-    confidence = float(min(abs(np.log2(max(share, SHARE**2) / SHARE) / np.log2(SHARE)), 1.0))
     if share <= SHARE:
-        return evidence.open(f"only {share:.1%} of the samples lie on voids that stand", confidence)
-    found, walled = evidence.closed(f"{share:.1%} of the samples lie on voids that stand", confidence)
+        return evidence.open(f"only {share:.1%} of the samples lie on voids that stand", _certainty(share))
+    found, walled = evidence.closed(f"{share:.1%} of the samples lie on voids that stand", 1.0)
+    confidence = min(_certainty(share), _certainty(walled))
     if walled <= SHARE:
-        return found
+        return replace(found, confidence=confidence)
     return evidence.open(f"{walled:.1%} of the samples would lie at walls wider than a sheet's facets", confidence)
+
+
+def _certainty(share: float) -> float:
+    """How far a share is from the threshold: 0 at it, 1 from eight times less on, or where it is all."""
+    return float(min(abs(np.log2(max(share, SHARE**2) / SHARE) / np.log2(SHARE)), 1.0))
 
 
 def alpha_shape(points: ArrayLike, radius: float) -> Mesh:
