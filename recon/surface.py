@@ -248,9 +248,10 @@ class _Evidence:
         rank[order] = np.arange(len(order), dtype=np.int32)
         self.points, self.weights = triangulation.points[order], triangulation.weights[order]
         self.spacing = spacing = spacing[order]
-        self.cells = rank[triangulation.cells]
-        self.nodes, self.links = sides.close_hull(self.cells, triangulation.neighbors, len(self.points))
-        m = len(self.cells)
+        m = len(triangulation.cells)
+        nodes, links = np.empty((2, m + np.count_nonzero(triangulation.neighbors < 0), 4), np.int32)
+        sides.close_hull(triangulation.cells, triangulation.neighbors, rank, nodes, links)
+        self.nodes, self.links, self.cells = nodes, links, nodes[:m]
         centers, rho, depth = np.empty((m, 3)), np.empty(m), np.empty(m, np.float32)
         cloud = self.points, self.weights, spacing
         over_ranges(lambda *part: sides.spheres(*cloud, self.cells, *part, centers, rho, depth), m, threads)

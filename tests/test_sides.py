@@ -27,7 +27,8 @@ def labelled(seed: int, n: int = 60):
     weights = spacing**2
     triangulation = recon.regular_triangulation(points, weights)
     cells, m = triangulation.cells, len(triangulation.cells)
-    nodes, links = sides.close_hull(cells, triangulation.neighbors, n)
+    nodes, links = np.empty((2, m + np.count_nonzero(triangulation.neighbors < 0), 4), np.int32)
+    sides.close_hull(cells, triangulation.neighbors, np.arange(n, dtype=np.int32), nodes, links)
     centers, rho, depth = np.empty((m, 3)), np.empty(m), np.empty(m, np.float32)
     gate, leak = np.empty((m, 4), np.float32), np.empty((m, 4), bool)
     for part in (0, m // 3), (m // 3, m):  # as on two threads

@@ -14,29 +14,19 @@ _BLOCK = 128  # facets at a time
 
 
 @kernel
-def close_hull(cells, neighbors, n):
-    """Append a ghost node for each hull facet: nodes (N, 4) vertices, links (N, 4); the first m nodes are the cells."""
-    m = len(cells)
-    ghosts = 0
+def close_hull(cells, neighbors, rank, nodes, links):
+    """Fill in nodes (N, 4), vertices by rank (n,), and links (N, 4): the m cells, then a ghost for each facet of the hull."""
+    m, n, g = len(cells), len(rank), len(cells)
     for c in range(m):
         for k in range(4):
-            if neighbors[c, k] < 0:
-                ghosts += 1
-    nodes = np.empty((m + ghosts, 4), np.int32)
-    links = np.empty((m + ghosts, 4), np.int32)
-    g = m
-    for c in range(m):
-        for k in range(4):
-            nodes[c, k] = cells[c, k]
-            links[c, k] = neighbors[c, k]
+            nodes[c, k], links[c, k] = rank[cells[c, k]], neighbors[c, k]
             if neighbors[c, k] < 0:
                 links[c, k] = g
                 for j in range(4):
-                    nodes[g, j] = cells[c, j]
-                nodes[g, k] = n
-                links[g, k] = c
+                    nodes[g, j] = rank[cells[c, j]]
+                nodes[g, k], links[g, k] = n, c
                 g += 1
-    for g in range(m, m + ghosts):
+    for g in range(m, len(nodes)):
         k = 0
         while nodes[g, k] != n:
             k += 1
@@ -64,7 +54,6 @@ def close_hull(cells, neighbors, n):
                 turn = fresh
                 c = links[c, x]
             links[g, j] = c
-    return nodes, links
 
 
 @kernel
