@@ -329,12 +329,10 @@ class _Evidence:
 
     def between(self, sides: NDArray[np.int8]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Cell and corner of every facet between the sides, seen from side 1 where it is a cell."""
-        m = len(self.cells)
-        other = self.links[:m]
-        inside = sides[:m, None] == 1
-        facet = (inside & (sides[other] == 0)) | (~inside & (other >= m) & (sides[other] == 1))
-        cell, corner = np.nonzero(facet)
-        return cell, corner
+        from ._kernels.sides import facets_between
+
+        facets = facets_between(self.links, sides, len(self.cells))
+        return facets >> 2, facets & 3
 
     def closed(self, reason: str, confidence: float) -> tuple[Surface, float]:
         """All facets between inside and outside; and the share of samples at those too wide for a sheet."""
