@@ -220,7 +220,7 @@ def verdict(result: Result) -> str:
 
 
 def models(results: Sequence[Result]) -> list[list[str]]:
-    """Files with a truth: solved or what is wrong, by contender."""
+    """Files with a truth: solved, or the first of what is wrong, by contender."""
     these = [r for r in results if r["source"].startswith("meshes/")]
     names = [name for name in (RECON, *PEERS) if any(r["contender"] == name for r in these)]
     table = {(r["contender"], r["source"]): r for r in these}
@@ -228,7 +228,8 @@ def models(results: Sequence[Result]) -> list[list[str]]:
     for source in dict.fromkeys(r["source"] for r in these):
         found = [table.get((name, source)) for name in names]
         points = str((found[0] or {}).get("points", ""))
-        rows.append([source.removeprefix("meshes/"), points, *("" if r is None else verdict(r) for r in found)])
+        brief = ("" if r is None else verdict({**r, "faults": r["faults"][:1]}) for r in found)
+        rows.append([source.removeprefix("meshes/"), points, *brief])
     solved = [sum(not r["faults"] for r in these if r["contender"] == name) for name in names]
     return [*rows, ["solved", "", *map(str, solved)]]
 
