@@ -215,13 +215,8 @@ class Family:
     def _arrays(
         self, count: int, width: int, reals: int
     ) -> tuple[NDArray[np.int64], NDArray[np.int32], NDArray[np.int32], NDArray[np.uint8], NDArray[np.float64]]:
-        """Room for a level: starts, rows, owner, code (all zero), and that many arrays of reals.
-
-        From numpy, which asks for huge pages: arrays that the kernels make cost a page fault every 4 kB.
-        """
-        n = len(self.triangulation.points)
-        rows, owner = np.empty((count, width), np.int32), np.empty(count, np.int32)
-        return np.empty(n + 1, np.int64), rows, owner, np.zeros(count, np.uint8), np.empty((reals, count))
+        """Room for a level: starts, rows, owner, code (all zero), and that many arrays of reals."""
+        return kernels.room(len(self.triangulation.points), count, width, reals)
 
 
 def scale(points: NDArray[np.float64], weights: NDArray[np.float64]) -> tuple[NDArray[np.float64], int, bool]:

@@ -17,6 +17,17 @@ from .sizes import BLOCK, measure
 ATTACHED, HULL = 64, 128
 
 
+@kernel
+def room(n, count, width, reals):
+    """Memory for a level: starts, rows, owner, code (all zero), reals.
+
+    Made here and not by numpy, which asks for huge pages: a virtual machine may have to get these from its host first, which
+    takes longer than all of the work.
+    """
+    rows, owner = np.empty((count, width), np.int32), np.empty(count, np.int32)
+    return np.empty(n + 1, np.int64), rows, owner, np.zeros(count, np.uint8), np.empty((reals, count))
+
+
 @kernel(inline="always")
 def _sorted_slots(cells, i):
     """Vertices of a tetrahedron as (vertex << 2 | slot), ascending."""

@@ -44,24 +44,23 @@ def first_cells(d: int, simplex: NDArray[np.int64], infinite: int) -> NDArray[np
 
 
 @kernel
-def number_finite(words, width, infinite, place):
-    """Fill in the number of every finite cell, NONE for others, and give how many there are."""
+def finish(words, used, width, index):
+    """Give vertices, by input row, and neighbours, by cell or NONE on the hull, of all finite cells."""
+    infinite = np.uint32(index.size)
+    place = np.empty(used, np.uint32)
     count = 0
-    for c in range(place.size):
+    for c in range(used):
         finite = words[8 * c] != NONE
         for k in range(width):
             finite = finite and words[8 * c + k] != infinite
         place[c] = count if finite else NONE
         count += 1 if finite else 0
-    return count
-
-
-@kernel
-def finish(words, place, index, cells, neighbors):
-    """Fill in vertices, by input row, and neighbours, by cell or NONE on the hull, of all finite cells."""
-    for c in range(place.size):
+    cells = np.empty((count, width), np.uint32)
+    neighbors = np.empty((count, width), np.uint32)
+    for c in range(used):
         new = place[c]
         if new != NONE:
-            for k in range(cells.shape[1]):
+            for k in range(width):
                 cells[new, k] = index[words[8 * c + k]]
                 neighbors[new, k] = place[words[8 * c + 4 + k] >> np.uint32(3)]
+    return cells, neighbors

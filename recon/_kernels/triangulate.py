@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .compile import kernel
-from .complex import CELLS_MAX, DONE, MORE_CAVITY, USED, finish, first_cells, number_finite
+from .complex import CELLS_MAX, DONE, MORE_CAVITY, USED, finish, first_cells
 from .predicates import orient2d, orient3d
 from .regular1d import lower_chain
 from .regular2d import insert2d
@@ -145,10 +145,7 @@ def _grow(d: int, points: NDArray, index: NDArray, simplex: NDArray) -> Cells:
         larger = np.empty(min(words.size // 16 * 24, 8 * CELLS_MAX), np.uint32)
         larger[: words.size] = words
         words = larger
-    place = np.empty(state[USED], np.uint32)
-    count = number_finite(words, d + 1, np.uint32(n), place)
-    cells, neighbors = np.empty((2, count, d + 1), np.uint32)  # by numpy, which asks for huge pages
-    finish(words, place, index, cells, neighbors)
+    cells, neighbors = finish(words, state[USED], d + 1, index)
     return cells.view(np.int32), neighbors.view(np.int32)
 
 
