@@ -58,7 +58,9 @@ def test_imports_point_down(path):
         if name in ABOVE_SURFACE:
             assert theirs is None or theirs >= ORDER.index("surface"), f"{name} imports {other}"
         elif name.startswith("weighting"):
-            assert not other.startswith("recon.") or other.startswith(("recon.contracts", "recon.threads", "recon._kernels")), other
+            assert not other.startswith("recon.") or other.startswith(
+                ("recon.contracts", "recon.threads", "recon._kernels")
+            ), other
         if name.startswith("recon.certificates"):
             assert not other.startswith("recon._kernels"), f"{name} imports {other}"
 
