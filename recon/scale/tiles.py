@@ -42,7 +42,7 @@ def tiled_boundary(
     alpha : float [L^2]
     threads : int
     tiles : int, optional
-        One a thread by default. The result does not depend on it.
+        Two a thread by default, so that a thread that is done early has something to do. The result does not depend on it.
 
     Returns
     -------
@@ -61,7 +61,7 @@ def tiled_boundary(
     located = as_points(points)
     n, d = located.shape
     w = as_weights(weights, n)
-    tiles = threads if tiles is None else tiles
+    tiles = (2 * threads if threads > 1 else 1) if tiles is None else tiles
     if threads < 1 or tiles < 1:
         raise InvalidInput(f"threads, tiles: expected at least 1, got {threads}, {tiles}")
     if np.isnan(alpha):
