@@ -3,10 +3,11 @@
     python benchmarks/bench.py                                   # torus, 10,000 and 100,000 points, all that is installed
     python benchmarks/bench.py --points 1000000 --only recon diode --json bench.json
 
-Every run is a process of its own, on one processor, warmed up with a small cloud first (imports, compiled kernels), so
-that neither memory nor thread pools of one contender touch another's. Contenders take turns; the fastest run of each
-counts, and ratios are of processor time, which other users of the machine disturb least. Memory is the peak of the
-process beyond what it had before the run, input included in neither.
+Every run is a process of its own, on one processor unless it has several threads, warmed up with a small cloud first
+(imports, compiled kernels), so that neither memory nor thread pools of one contender touch another's. Contenders take
+turns; the fastest run of each counts, and ratios are of processor time, which other users of the machine disturb least;
+what threads gain is seen in the seconds. Memory is the peak of the process beyond what it had before the run, input
+included in neither.
 """
 
 from __future__ import annotations
@@ -42,6 +43,12 @@ def recon_boundary(points, weights):
     import recon
 
     return len(recon.alpha_complex(points, weights).boundary(0.0).facets)
+
+
+def recon_boundary_on_threads(points, weights):
+    from recon.scale.tiles import tiled_boundary
+
+    return len(tiled_boundary(points, weights, threads=2).facets)
 
 
 def recon_intervals(points, weights):
@@ -103,6 +110,8 @@ JOBS: dict[str, dict[str, tuple[str, Run]]] = {
     },
     "W_0: oriented facets": {
         "recon": ("recon", recon_boundary),
+        "recon, two threads": ("recon", recon_boundary_on_threads),
+        "diode, R alone": ("diode", diode_triangulation),
         "open3d, unweighted": ("open3d", open3d_shape),
     },
     "all intervals": {
@@ -116,7 +125,7 @@ JOBS: dict[str, dict[str, tuple[str, Run]]] = {
 
 def work(job: str, contender: str, cloud: str, n: int, cpu: int | None) -> dict:
     """One run, in this process."""
-    if cpu is not None and hasattr(os, "sched_setaffinity"):
+    if cpu is not None and "threads" not in contender and hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, {cpu})
     run = JOBS[job][contender][1]
     points, weights = CLOUDS[cloud](n)

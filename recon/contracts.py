@@ -66,12 +66,12 @@ def as_points(points: ArrayLike, dimension: int | None = None, name: str = "poin
         raise InvalidInput(f"{name}: expected {wanted} columns, got {array.shape[1]}")
     if len(array) == 0:
         raise InvalidInput(f"{name}: empty, expected at least one row")
-    bad = np.flatnonzero(~np.isfinite(array).all(axis=1))
-    if len(bad):
-        raise InvalidInput(f"{name}: row {bad[0]} is not finite ({array[bad[0]]}), {len(bad)} such row(s) in all")
-    bad = np.flatnonzero((np.abs(array) > MAX_COORDINATE).any(axis=1))
-    if len(bad):
-        raise InvalidInput(f"{name}: row {bad[0]} has a coordinate beyond {MAX_COORDINATE:g}: {array[bad[0]]}")
+    if not (np.abs(array) <= MAX_COORDINATE).all():
+        bad = np.flatnonzero(~np.isfinite(array).all(axis=1))
+        if len(bad):
+            raise InvalidInput(f"{name}: row {bad[0]} is not finite ({array[bad[0]]}), {len(bad)} such row(s) in all")
+        row = np.flatnonzero((np.abs(array) > MAX_COORDINATE).any(axis=1))[0]
+        raise InvalidInput(f"{name}: row {row} has a coordinate beyond {MAX_COORDINATE:g}: {array[row]}")
     return array
 
 

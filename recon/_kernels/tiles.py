@@ -32,6 +32,27 @@ def within_reach(points, radii, low, high, reach, extra):
 
 
 @kernel
+def extent(points, radii, tile_of, tile):
+    """Lowest and highest corner of the points of a tile, and the largest of their radii, negative if it has no point."""
+    d = points.shape[1]
+    low, high, largest = np.full(d, np.inf), np.full(d, -np.inf), -1.0
+    for i in range(points.shape[0]):
+        if tile_of[i] == tile:
+            largest = max(largest, radii[i])
+            for c in range(d):
+                low[c], high[c] = min(low[c], points[i, c]), max(high[c], points[i, c])
+    return low, high, largest
+
+
+@kernel
+def divide(points, axis, limit, lower, upper, tile_of):
+    """Give to a tile `upper` the points of the tile `lower` that are not below a limit."""
+    for i in range(points.shape[0]):
+        if tile_of[i] == lower and points[i, axis] >= limit:
+            tile_of[i] = upper
+
+
+@kernel
 def count_by_row(rows, first):
     """Add to first[r + 1] the number of times that r occurs."""
     for i in range(rows.size):

@@ -72,14 +72,13 @@ def tiled_boundary(
     extra = np.sort(spanned[1])  # in every tile: else its points might span less, and be triangulated in their flat
     squares = w + alpha
     radii = np.where(squares >= 0.0, np.sqrt(np.maximum(squares, 0.0)), -1.0)
-    tile_of = _cut(located, np.flatnonzero(radii >= 0.0), tiles)
+    tile_of = _cut(located, radii >= 0.0, tiles)
 
     def work(tile: int) -> Boundary:
-        own = np.flatnonzero(tile_of == tile)
-        if len(own) == 0:
+        low, high, largest = kernels.extent(located, radii, tile_of, tile)
+        if largest < 0.0:
             return Boundary(np.empty((0, d), np.int32), np.empty(0, bool))
-        low, high = located[own].min(axis=0), located[own].max(axis=0)
-        rows = kernels.within_reach(located, radii, low, high, radii[own].max(), extra)
+        rows = kernels.within_reach(located, radii, low, high, largest, extra)
         found = AlphaComplex(regular_triangulation(located[rows], w[rows])).boundary(alpha)
         facets = rows.astype(np.int32)[found.facets]
         ours = tile_of[facets[:, 0]] == tile
@@ -90,20 +89,21 @@ def tiled_boundary(
     return _together(parts, n)
 
 
-def _cut(points: NDArray[np.float64], rows: NDArray[np.int64], tiles: int) -> NDArray[np.int32]:
+def _cut(points: NDArray[np.float64], chosen: NDArray[np.bool_], tiles: int) -> NDArray[np.int32]:
     """Cut boxes across their longest side, into parts of about even numbers; -1 for points that are in none."""
-    tile_of = np.full(len(points), -1, np.int32)
-    parts = [(rows, 0, tiles)]
+    tile_of = np.where(chosen, np.int32(0), np.int32(-1))
+    some = np.flatnonzero(chosen)[:: len(points) // (1024 * tiles) + 1]
+    parts = [(some, 0, tiles)]
     while parts:
-        rows, first, count = parts.pop()
-        if count == 1 or len(rows) == 0:
-            tile_of[rows] = first
+        some, first, count = parts.pop()
+        if count == 1 or len(some) == 0:
             continue
-        sample = points[rows[:: len(rows) // 4096 + 1]]
-        axis = np.argmax(np.ptp(sample, axis=0))
-        half = count // 2
-        lower = points[rows, axis] < np.quantile(sample[:, axis], half / count)
-        parts += [(rows[lower], first, half), (rows[~lower], first + half, count - half)]
+        sample = points[some]
+        axis, half = np.argmax(np.ptp(sample, axis=0)), count // 2
+        limit = np.quantile(sample[:, axis], half / count)
+        kernels.divide(points, axis, limit, first, first + half, tile_of)
+        lower = sample[:, axis] < limit
+        parts += [(some[lower], first, half), (some[~lower], first + half, count - half)]
     return tile_of
 
 
