@@ -22,8 +22,9 @@ def run() -> None:
 def _leave(number: int, frame: object) -> None:
     """Remove what is half-written, say so, and exit: 130 for Ctrl-C, 143 for SIGTERM."""
     signal.signal(number, signal.SIG_IGN)
-    if "recon.io.files" in sys.modules:
-        sys.modules["recon.io.files"].discard_unfinished()
+    discard = getattr(sys.modules.get("recon.io.files"), "discard_unfinished", None)
+    if discard is not None:  # where it is still being imported, nothing is written yet
+        discard()
     line = "\r\x1b[K" if os.isatty(2) else ""  # over the line of progress
     os.write(2, f"{line}recon: interrupted; nothing half-written was left\n".encode())
     os._exit(128 + number)

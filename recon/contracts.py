@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import importlib
+import reprlib
+from numbers import Integral, Real
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -107,6 +110,56 @@ def as_weights(weights: ArrayLike | None, n: int, name: str = "weights") -> NDAr
     return array
 
 
+def as_number(value: Any, name: str, wanted: str = "a number") -> float:
+    """Validate one number, Python's or numpy's, and give it as a float; its range is for the caller to check.
+
+    Raises
+    ------
+    InvalidInput
+        Text, a flag, None, an array, complex, or a whole number beyond float64.
+    """
+    number = _scalar(value)
+    if isinstance(number, Real) and not isinstance(number, bool):
+        try:
+            return float(number)
+        except OverflowError:  # a whole number of more than 308 digits
+            pass
+    raise InvalidInput(f"{name}: expected {wanted}, got {shown(value)}")
+
+
+def as_whole(value: Any, name: str, least: int) -> int:
+    """Validate one whole number, Python's or numpy's, and give it as an int.
+
+    Raises
+    ------
+    InvalidInput
+        Anything else, a flag or a float too; less than `least`.
+    """
+    number = _scalar(value)
+    if isinstance(number, Integral) and not isinstance(number, bool) and int(number) >= least:
+        return int(number)
+    raise InvalidInput(f"{name}: expected a whole number, at least {least}, got {shown(value)}")
+
+
+def as_flag(value: Any, name: str, wanted: str = "True or False") -> bool:
+    """Validate True or False, Python's or numpy's; nothing else has a truth here.
+
+    Raises
+    ------
+    InvalidInput
+        Anything else.
+    """
+    flag = _scalar(value)
+    if isinstance(flag, (bool, np.bool_)):
+        return bool(flag)
+    raise InvalidInput(f"{name}: expected {wanted}, got {shown(value)}")
+
+
+def shown(value: Any) -> str:
+    """Give a value as a message shows it: in one line, and not longer than that."""
+    return " ".join(reprlib.repr(value).split())
+
+
 def require(module: str, extra: str) -> ModuleType:
     """Import an optional module, or say in one line which extra brings it.
 
@@ -134,6 +187,11 @@ def require(module: str, extra: str) -> ModuleType:
         raise MissingDependency(
             f"{module} is not installed; get it with: pip install 'weighted-alpha-recon[{extra}]'"
         ) from error
+
+
+def _scalar(value: Any) -> Any:
+    """An array without dimensions counts as what it holds."""
+    return value[()] if isinstance(value, np.ndarray) and value.ndim == 0 else value
 
 
 def _as_float(values: ArrayLike, name: str) -> NDArray[np.float64]:

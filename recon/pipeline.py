@@ -12,13 +12,14 @@ from numpy.typing import ArrayLike, NDArray
 
 import weighting
 
-from .contracts import DegenerateInput, InvalidInput, as_points, as_weights
+from .contracts import MAX_WEIGHT, DegenerateInput, InvalidInput, as_flag, as_number, as_points, as_weights, shown
 from .mesh import Mesh
 from .postprocess import remove_islands, split_pinches
 from .regular import RegularTriangulation, regular_triangulation
 from .report import Report
 from .samples import Samples, clean_samples
 from .surface import Surface, compact_mesh, label_surface
+from .threads import workers
 from .topology import topology
 
 if TYPE_CHECKING:
@@ -142,12 +143,17 @@ def reconstruct(
     >>> result.surface, result.report["mesh"]["chi"], result.report["mesh"]["open_edges"]
     ('closed', 0, 0)
     """
-    if denoise is not None and not isinstance(denoise, bool):
-        raise InvalidInput(f"denoise: expected None (where there is noise), True or False, got {denoise!r}")
-    if surface not in ("auto", "closed", "open", "complex"):
-        raise InvalidInput(f"surface: expected 'auto', 'closed', 'open' or 'complex', got {surface!r}")
-    if not np.isfinite(alpha):
-        raise InvalidInput(f"alpha: expected a finite number [L^2], got {alpha}")
+    if denoise is not None:
+        denoise = as_flag(denoise, "denoise", "None (where there is noise), True or False")
+    clean = as_flag(clean, "clean")
+    if not isinstance(surface, str) or surface not in ("auto", "closed", "open", "complex"):
+        raise InvalidInput(f"surface: expected 'auto', 'closed', 'open' or 'complex', got {shown(surface)}")
+    alpha = as_number(alpha, "alpha", "a finite number [L^2]")
+    if not abs(alpha) <= MAX_WEIGHT:
+        raise InvalidInput(f"alpha: expected a finite number [L^2], up to {MAX_WEIGHT:g}, got {alpha}")
+    if progress is not None and not callable(progress):
+        raise InvalidInput(f"progress: expected a function of stage and fraction, got {shown(progress)}")
+    workers(threads)  # refuses what is no number of threads
     clock = _Clock(progress)
 
     clock.start("samples")
@@ -202,6 +208,8 @@ def _weigh(weights: Any, hood: weighting.Neighborhood, spacing: NDArray[np.float
 
 def _as_attributes(attributes: Mapping[str, ArrayLike] | None, n: int) -> dict[str, NDArray]:
     """One row a point."""
+    if attributes is not None and not isinstance(attributes, Mapping):
+        raise InvalidInput(f"attributes: expected names and arrays in a dict, got {shown(attributes)}")
     carried = {name: np.asarray(value) for name, value in (attributes or {}).items()}
     for name, value in carried.items():
         if value.shape[:1] != (n,):

@@ -7,17 +7,18 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 
-from .contracts import InvalidInput
+from .contracts import as_whole
 
 T = TypeVar("T")
 _SMALL = 4096  # rows that are not worth a thread
+_MOST = 1024  # threads; more are not started, whatever is asked for
 
 
 def workers(threads: int | None) -> int:
     """Number of threads: all where none is asked for."""
-    if threads is not None and threads < 1:
-        raise InvalidInput(f"threads: expected at least 1, got {threads}")
-    return threads or os.cpu_count() or 1
+    if threads is None:
+        return os.cpu_count() or 1
+    return min(as_whole(threads, "threads", 1), _MOST)
 
 
 def over_ranges(work: Callable[[int, int], T], n: int, threads: int | None) -> list[T]:

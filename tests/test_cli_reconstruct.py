@@ -342,6 +342,19 @@ def test_an_interruption_among_the_imports_is_one_line(cloud, tmp_path, seconds)
     assert os.listdir(tmp_path) == ["torus.ply"]
 
 
+HALF_IMPORTED = """
+import sys, types
+sys.modules["recon.io.files"] = types.ModuleType("recon.io.files")
+from recon.__main__ import _leave
+_leave(2, None)
+"""
+
+
+def test_an_interruption_in_the_midst_of_an_import_is_one_line_too():
+    done = subprocess.run([sys.executable, "-c", HALF_IMPORTED], capture_output=True)
+    assert done.returncode == 130 and done.stderr == b"recon: interrupted; nothing half-written was left\n"
+
+
 WRITING = """
 import sys, time
 import recon.io.files

@@ -1,13 +1,15 @@
-"""What other libraries call colours, and in which numbers they keep them."""
+"""What other libraries call colours, in which numbers they keep them, and what is none of their meshes."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..contracts import InvalidInput
+from ..mesh import Mesh
 
 
 def unit_colors(colors: NDArray, channels: int) -> NDArray[np.float64]:
@@ -39,6 +41,30 @@ def byte_colors(colors: NDArray) -> NDArray[np.uint8]:
     if colors.dtype == np.uint8 and colors.ndim == 2 and colors.shape[1] == 4:
         return colors
     return np.round(np.clip(unit_colors(colors, 4), 0, 1) * 255).astype(np.uint8)
+
+
+def refuse_other(value: Any, kind: type, name: str) -> None:
+    """Raise InvalidInput for what is not of a kind."""
+    if not isinstance(value, kind):
+        raise InvalidInput(f"mesh: expected a {name}, got {type(value).__name__}")
+
+
+def doubles(mesh: Mesh, name: str, columns: int) -> NDArray[np.float64] | None:
+    """Give an attribute that the other library has a place for, (v, columns); None where there is none.
+
+    Raises
+    ------
+    InvalidInput
+        No numbers, or of another shape.
+    """
+    values, n = mesh.attributes.get(name), len(mesh.vertices)
+    if values is None:
+        return None
+    if values.dtype.kind not in "fiub" or values.size != n * columns:
+        raise InvalidInput(
+            f"attribute {name!r}: expected numbers of shape {(n, columns)}, got {values.dtype} {values.shape}"
+        )
+    return values.astype(np.float64).reshape(n, columns)
 
 
 def others(attributes: Mapping[str, NDArray], *known: str) -> dict[str, NDArray]:

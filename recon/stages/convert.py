@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..contracts import InvalidInput, require
 from ..mesh import Mesh
-from .attributes import byte_colors, others, split_source
+from .attributes import byte_colors, doubles, others, refuse_other, split_source
 from .meshlab import from_pymeshlab, to_pymeshlab
 from .open3d import from_open3d, to_open3d
 
@@ -34,12 +34,12 @@ __all__ = [
 def to_trimesh(mesh: Mesh) -> Any:
     """Give a ``trimesh.Trimesh``; colours as RGBA bytes, the other attributes and `vertex_source` in ``vertex_attributes``."""
     trimesh = require("trimesh", "convert")
+    refuse_other(mesh, Mesh, "recon.Mesh")
     colors = mesh.attributes.get("colors")
-    normals = mesh.attributes.get("normals")
     made = trimesh.Trimesh(
         vertices=np.array(mesh.vertices),
         faces=np.array(mesh.faces),
-        vertex_normals=None if normals is None else np.array(normals, np.float64),
+        vertex_normals=doubles(mesh, "normals", 3),
         vertex_colors=None if colors is None else byte_colors(colors),
         process=False,
     )
@@ -51,7 +51,7 @@ def to_trimesh(mesh: Mesh) -> Any:
 
 def from_trimesh(mesh: Any) -> Mesh:
     """Take a ``trimesh.Trimesh``; normals are left behind, as trimesh computes them."""
-    _refuse_other(mesh, require("trimesh", "convert").Trimesh, "trimesh.Trimesh")
+    refuse_other(mesh, require("trimesh", "convert").Trimesh, "trimesh.Trimesh")
     attributes = {name: np.asarray(values) for name, values in mesh.vertex_attributes.items()}
     if mesh.visual.kind == "vertex":
         attributes["colors"] = np.asarray(mesh.visual.vertex_colors)
@@ -61,6 +61,7 @@ def from_trimesh(mesh: Any) -> Mesh:
 def to_pyvista(mesh: Mesh) -> Any:
     """Give a ``pyvista.PolyData``; all attributes and `vertex_source` in ``point_data``."""
     vista = require("pyvista", "view")
+    refuse_other(mesh, Mesh, "recon.Mesh")
     made = vista.PolyData.from_regular_faces(np.array(mesh.vertices), np.array(mesh.faces))
     for name, values in {**mesh.attributes, "vertex_source": mesh.vertex_source}.items():
         made.point_data[name] = _columns(name, values)
@@ -69,7 +70,7 @@ def to_pyvista(mesh: Mesh) -> Any:
 
 def from_pyvista(mesh: Any) -> Mesh:
     """Take the triangles of a ``pyvista.PolyData``; other faces are an error, vertices and lines are left behind."""
-    _refuse_other(mesh, require("pyvista", "view").PolyData, "pyvista.PolyData")
+    refuse_other(mesh, require("pyvista", "view").PolyData, "pyvista.PolyData")
     counted = np.asarray(mesh.faces)  # each after the number of its corners
     if mesh.n_strips or len(counted) % 4 or (counted[::4] != 3).any():
         raise InvalidInput("mesh: has faces other than triangles; triangulate() makes them so")
@@ -80,6 +81,7 @@ def from_pyvista(mesh: Any) -> Mesh:
 def to_meshio(mesh: Mesh) -> Any:
     """Give a ``meshio.Mesh``; all attributes and `vertex_source` in ``point_data``."""
     meshio = require("meshio", "convert")
+    refuse_other(mesh, Mesh, "recon.Mesh")
     data = {name: np.array(values) for name, values in mesh.attributes.items()}
     data["vertex_source"] = np.array(mesh.vertex_source)
     return meshio.Mesh(np.array(mesh.vertices), [("triangle", np.array(mesh.faces))], point_data=data)
@@ -87,7 +89,7 @@ def to_meshio(mesh: Mesh) -> Any:
 
 def from_meshio(mesh: Any) -> Mesh:
     """Take the triangles of a ``meshio.Mesh``; cells of other kinds are an error, but for vertices and lines."""
-    _refuse_other(mesh, require("meshio", "convert").Mesh, "meshio.Mesh")
+    refuse_other(mesh, require("meshio", "convert").Mesh, "meshio.Mesh")
     kinds = {block.type for block in mesh.cells}
     if not kinds <= {"triangle", "vertex", "line"}:
         raise InvalidInput(f"mesh: expected triangles, got cells of kind {', '.join(sorted(kinds - {'triangle'}))}")
@@ -100,13 +102,10 @@ def from_meshio(mesh: Any) -> Mesh:
     return Mesh.from_arrays(points, triangles, split_source(attributes), attributes)
 
 
-def _refuse_other(mesh: Any, kind: type, name: str) -> None:
-    if not isinstance(mesh, kind):
-        raise InvalidInput(f"mesh: expected a {name}, got {type(mesh).__name__}")
-
-
 def _columns(name: str, values: NDArray) -> NDArray:
-    """One number or one row of numbers a vertex, which is what VTK holds."""
-    if values.ndim > 2:
+    """One number, text or one row of them a vertex, which is what VTK holds."""
+    if values.ndim > 2 or 0 in values.shape[1:]:
         raise InvalidInput(f"attribute {name!r}: VTK holds numbers or rows of them, got shape {values.shape}")
+    if values.dtype.kind not in "fiubcUS" or (values.dtype.kind == "f" and values.dtype.itemsize not in (4, 8)):
+        raise InvalidInput(f"attribute {name!r}: VTK holds no {values.dtype}")
     return np.array(values)

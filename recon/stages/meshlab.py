@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..contracts import InvalidInput, ReconError, StageError, require
+from ..contracts import InvalidInput, ReconError, StageError, require, shown
 from ..mesh import Mesh
-from .attributes import others, unit_colors
-from .mlx import CLEAN_UP, FILTER, PARAMETERS, FilterScript, checked_parameters, filters, percentage, python_name
+from .attributes import doubles, others, refuse_other, unit_colors
+from .mlx import CLEAN_UP, FILTER, PARAMETERS, FilterScript, filters, percentage, python_name
 
 __all__ = ["CLEAN_UP", "FilterScript", "generate_weighted_alpha_shape", "register", "run_filter_script"]
 
@@ -71,11 +71,11 @@ def generate_weighted_alpha_shape(mesh_set: Any, **parameters: Any) -> dict[str,
 
     meshlab = require("pymeshlab", "meshlab")
     given = {key: _from_pymeshlab(meshlab, value) for key, value in parameters.items()}
-    values = {key: default for key, (_, default) in PARAMETERS.items()} | checked_parameters(FILTER, given)
+    [(_, checked)] = FilterScript([(FILTER, given)]).filters
+    values = {key: default for key, (_, default) in PARAMETERS.items()} | checked
     if values["threads"] < 0:
         raise InvalidInput(f"threads: expected 0 (all) or more, got {values['threads']}")
-    if not isinstance(mesh_set, meshlab.MeshSet):
-        raise InvalidInput(f"mesh_set: expected a pymeshlab.MeshSet, got {type(mesh_set).__name__}")
+    _refuse_no_mesh_set(meshlab, mesh_set)
     if mesh_set.mesh_number() == 0:
         raise InvalidInput("mesh_set: has no layer")
     layer = mesh_set.current_mesh()
@@ -126,6 +126,7 @@ def run_filter_script(mesh_set: Any, script: FilterScript | str | os.PathLike[st
         A filter failed; the message names it, MeshLab's error is chained.
     """
     meshlab = require("pymeshlab", "meshlab")
+    _refuse_no_mesh_set(meshlab, mesh_set)
     steps = script if isinstance(script, FilterScript) else FilterScript.read(script)
     known = set(meshlab.filter_list())
     for name, _ in steps.filters:
@@ -181,11 +182,12 @@ def to_pymeshlab(mesh: Mesh) -> Any:
         No vertices, or an attribute of another shape: MeshLab cannot hold them.
     """
     meshlab = require("pymeshlab", "meshlab")
+    refuse_other(mesh, Mesh, "recon.Mesh")
     if len(mesh.vertices) == 0:
         raise InvalidInput("mesh: has no vertices, and MeshLab holds no such mesh")
     held: dict[str, NDArray] = {}
-    if "quality" in mesh.attributes:
-        held["v_scalar_array"] = np.asarray(mesh.attributes["quality"], np.float64).reshape(-1)
+    if (quality := doubles(mesh, "quality", 1)) is not None:
+        held["v_scalar_array"] = quality[:, 0]
     if "colors" in mesh.attributes:
         held["v_color_matrix"] = unit_colors(np.asarray(mesh.attributes["colors"]), 4)
     made = meshlab.Mesh(vertex_matrix=mesh.vertices, face_matrix=mesh.faces, **held)
@@ -220,6 +222,9 @@ def from_pymeshlab(mesh: Any, attributes: tuple[str, ...] = ()) -> Mesh:
     Mesh
     """
     meshlab = require("pymeshlab", "meshlab")
+    refuse_other(mesh, meshlab.Mesh, "pymeshlab.Mesh")
+    if not isinstance(attributes, (tuple, list)) or not all(isinstance(name, str) for name in attributes):
+        raise InvalidInput(f"attributes: expected names in a tuple, got {shown(attributes)}")
     if not mesh.is_compact():
         mesh.compact()
     points, held = _points(mesh)
@@ -229,6 +234,11 @@ def from_pymeshlab(mesh: Any, attributes: tuple[str, ...] = ()) -> Mesh:
     source = _attribute_or_none(meshlab, mesh, "vertex_source")
     rows = None if source is None else source.astype(np.int64)
     return Mesh.from_arrays(points, mesh.face_matrix(), rows, held | custom)
+
+
+def _refuse_no_mesh_set(meshlab: Any, mesh_set: Any) -> None:
+    if not isinstance(mesh_set, meshlab.MeshSet):
+        raise InvalidInput(f"mesh_set: expected a pymeshlab.MeshSet, got {type(mesh_set).__name__}")
 
 
 def _points(layer: Any) -> tuple[NDArray[np.float64], dict[str, NDArray]]:
@@ -286,7 +296,7 @@ def _weights(layer: Any, values: dict[str, Any], custom: dict[str, NDArray]) -> 
             length = percentage(length, "radius") / 100 * layer.bounding_box().diagonal()
         if length < 0:
             raise InvalidInput(f"radius: expected a non-negative length, got {length}")
-        return np.full(layer.vertex_number(), length**2) if length else "uniform"
+        return np.full(layer.vertex_number(), length * length) if length else "uniform"
     if kind == "Quality":
         if not layer.has_vertex_scalar():
             raise InvalidInput("weights: the layer has no quality")

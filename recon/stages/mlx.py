@@ -13,10 +13,13 @@ import os
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterable, Mapping
 from functools import cache
+from numbers import Integral
 from pathlib import Path
 from typing import Any
 
-from ..contracts import InvalidInput
+import numpy as np
+
+from ..contracts import InvalidInput, as_number, shown
 
 FILTER = "Weighted Alpha Shape"
 CLEAN_UP = (
@@ -37,6 +40,13 @@ PARAMETERS: dict[str, tuple[str | list[str], Any]] = {
 }
 _VECTORS = {"RichPosition": "xyz", "RichDirection": "xyz", "RichColor": "rgba"}
 _TEXTS = ("RichString", "RichOpenFile", "RichSaveFile")
+_WANTED = {
+    "RichAbsPerc": "a length, or a percentage such as '1%'",
+    "RichBool": "True or False",
+    "RichInt": "a whole number",
+    **dict.fromkeys(("RichFloat", "RichDynamicFloat"), "a finite number"),
+    **dict.fromkeys(_TEXTS, "text"),
+}
 _MATRIX = [f"val{i}" for i in range(16)]
 
 
@@ -67,7 +77,7 @@ class FilterScript:
     """
 
     def __init__(self, filters: Iterable[tuple[str, Mapping[str, Any]]]):
-        self.filters = tuple(_checked(name, parameters) for name, parameters in filters)
+        self.filters = tuple(_checked(*pair) for pair in _pairs(filters))
 
     def __repr__(self) -> str:
         return f"FilterScript({', '.join(repr(name) for name, _ in self.filters)})"
@@ -84,6 +94,8 @@ class FilterScript:
         InvalidInput
             Missing, malformed, or wrong as the constructor says.
         """
+        if not isinstance(path, (str, os.PathLike)):  # of a number, Python would open and close the file of that number
+            raise InvalidInput(f"script: expected a path, got {shown(path)}")
         try:
             root = ElementTree.parse(path).getroot()
         except OSError as error:
@@ -114,6 +126,12 @@ class FilterScript:
         """
         from ..io import whole_file
 
+        if not isinstance(path, (str, os.PathLike)):
+            raise InvalidInput(f"script: expected a path, got {shown(path)}")
+        if diagonal is not None:
+            diagonal = as_number(diagonal, "diagonal", "a positive length")
+            if not 0 < diagonal < math.inf:
+                raise InvalidInput(f"diagonal: expected a positive length, got {diagonal}")
         root = ElementTree.Element("FilterScript")
         for name, parameters in self.filters:
             element = ElementTree.SubElement(root, "filter", name=name)
@@ -141,17 +159,32 @@ def python_name(parameter: str) -> str:
     return "lambda_" if parameter == "lambda" else parameter.lower()
 
 
-def checked_parameters(name: str, parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """Give the parameters of a filter by MeshLab's names, each of its type; see `FilterScript`."""
+def _checked_parameters(name: str, parameters: Mapping[str, Any]) -> dict[str, Any]:
+    """Give the parameters of a filter, named as in scripts, by MeshLab's names, each of its type; see `FilterScript`."""
     kinds = filters()[name]["parameters"]
+    if not isinstance(parameters, Mapping):
+        raise InvalidInput(f"filter {name!r}: expected its parameters in a dict, got {shown(parameters)}")
     aliases = {python_name(key): key for key in kinds}
     values: dict[str, Any] = {}
     for given, value in parameters.items():
+        if not isinstance(given, str):
+            raise InvalidInput(f"filter {name!r}: expected the name of a parameter, got {shown(given)}")
         key = given if given in kinds else aliases.get(given)
         if key is None:
             raise InvalidInput(f"filter {name!r} has no parameter {given!r}{_nearest(given, kinds)}")
         values[key] = _value(kinds[key], value, f"filter {name!r}: {key}")
     return values
+
+
+def _pairs(filters: Iterable[tuple[str, Mapping[str, Any]]]) -> list[tuple[str, Mapping[str, Any]]]:
+    """Let pairs of a name and parameters through."""
+    if not isinstance(filters, Iterable) or isinstance(filters, (str, bytes, Mapping, np.ndarray)):
+        raise InvalidInput(f"filters: expected pairs of a name and a dict of parameters, got {shown(filters)}")
+    pairs = list(filters)
+    for place, pair in enumerate(pairs):
+        if not (isinstance(pair, (tuple, list)) and len(pair) == 2 and isinstance(pair[0], str)):
+            raise InvalidInput(f"filter {place}: expected a name and a dict of parameters, got {shown(pair)}")
+    return pairs
 
 
 def _checked(name: str, parameters: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
@@ -160,7 +193,7 @@ def _checked(name: str, parameters: Mapping[str, Any]) -> tuple[str, dict[str, A
         if name not in mine:
             raise InvalidInput(f"no filter {name!r}{_nearest(name, [*filters(), *mine])}")
         name = mine[name]
-    return name, checked_parameters(name, parameters)
+    return name, _checked_parameters(name, parameters)
 
 
 def _nearest(name: str, names: Iterable[str]) -> str:
@@ -227,9 +260,9 @@ def _value(kind: str | list[str], value: Any, where: str) -> Any:
             return value
         if _is_whole(value) and 0 <= value < len(kind):
             return kind[value]
-        raise InvalidInput(f"{where}: expected one of {', '.join(map(repr, kind))}, got {value!r}")
-    if kind == "RichBool" and isinstance(value, bool):
-        return value
+        raise InvalidInput(f"{where}: expected one of {', '.join(map(repr, kind))}, got {shown(value)}")
+    if kind == "RichBool" and isinstance(value, (bool, np.bool_)):
+        return bool(value)
     if kind in ("RichInt", "RichMesh") and _is_whole(value):
         return int(value)
     if kind in ("RichFloat", "RichDynamicFloat", "RichAbsPerc") and _is_number(value):
@@ -240,15 +273,15 @@ def _value(kind: str | list[str], value: Any, where: str) -> Any:
         percentage(value, where)
         return value
     length = 16 if kind == "RichMatrix44f" else len(_VECTORS.get(kind, ""))
-    if length and not isinstance(value, str):
-        numbers = list(value)
+    if length:
+        numbers = np.asarray(value, object).reshape(-1).tolist() if isinstance(value, (list, tuple, np.ndarray)) else []
         if len(numbers) == length and all(map(_is_number, numbers)):
             return tuple(map(float, numbers))
-        raise InvalidInput(f"{where}: expected {length} numbers, got {value!r}")
+        raise InvalidInput(f"{where}: expected {length} numbers, got {shown(value)}")
     if kind == "RichShotf":
         raise InvalidInput(f"{where}: a camera cannot be given in a script here; leave it out")
-    what = {"RichAbsPerc": "a length, or a percentage such as '1%'"}.get(kind, f"a {kind[4:].lower()}")
-    raise InvalidInput(f"{where}: expected {what}, got {value!r}")
+    what = _WANTED.get(kind, f"a {kind[4:].lower()}")
+    raise InvalidInput(f"{where}: expected {what}, got {shown(value)}")
 
 
 def percentage(text: str, where: str) -> float:
@@ -263,11 +296,16 @@ def percentage(text: str, where: str) -> float:
 
 
 def _is_whole(value: Any) -> bool:
-    return hasattr(value, "__index__") and not isinstance(value, bool)
+    """Python's or numpy's, and an int of C."""
+    return isinstance(value, Integral) and not isinstance(value, bool) and -(2**31) <= int(value) < 2**31
 
 
 def _is_number(value: Any) -> bool:
-    return hasattr(value, "__float__") and not isinstance(value, bool) and math.isfinite(value)
+    """Python's or numpy's, and a finite double."""
+    try:
+        return math.isfinite(as_number(value, "value"))
+    except InvalidInput:
+        return False
 
 
 def _attributes(kind: str | list[str], value: Any, diagonal: float | None, where: str) -> dict[str, str]:

@@ -13,9 +13,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..contracts import InvalidInput, ReconError, StageError, as_points, require
+from ..contracts import InvalidInput, ReconError, StageError, as_flag, as_number, as_points, require, shown
 from ..mesh import Mesh
-from .attributes import split_source, unit_colors
+from .attributes import doubles, refuse_other, split_source, unit_colors
 
 
 def create_from_point_cloud_weighted_alpha_shape(
@@ -91,7 +91,7 @@ def create_from_point_cloud_alpha_shape(pcd: Any, alpha: float, tetra_mesh: Any 
     Raises
     ------
     InvalidInput
-        No point cloud, malformed points, or a radius that is negative or NaN.
+        No point cloud, malformed points, or a radius that is negative, NaN or no number.
     DegenerateInput
         All points on a line or in one spot.
     """
@@ -99,15 +99,16 @@ def create_from_point_cloud_alpha_shape(pcd: Any, alpha: float, tetra_mesh: Any 
     from ..surface import compact_mesh, exposed_faces
 
     del tetra_mesh, pt_map
+    radius = as_number(alpha, "alpha", "a non-negative radius")
+    if not radius >= 0:
+        raise InvalidInput(f"alpha: expected a non-negative radius, got {radius}")
     values, attributes = from_point_cloud(pcd)
     points = as_points(values, 3)
-    if not alpha >= 0:
-        raise InvalidInput(f"alpha: expected a non-negative radius, got {alpha}")
     complex_ = alpha_complex(points)
-    facets = exposed_faces(complex_, float(alpha) * float(alpha))  # infinite where it overflows: the convex hull
+    facets = exposed_faces(complex_, radius * radius)  # infinite where it overflows: the convex hull
     if len(facets) == 0:
         least = float(np.sqrt(complex_.entry(2).min()))
-        warnings.warn(f"no triangle at alpha = {alpha:g}; the first one appears at {least:.4g}", stacklevel=2)
+        warnings.warn(f"no triangle at alpha = {radius:g}; the first one appears at {least:.4g}", stacklevel=2)
     return _like(pcd, compact_mesh(points, facets, attributes))
 
 
@@ -148,6 +149,8 @@ class Step:
     """
 
     def __init__(self, method: str, *args: Any, **options: Any):
+        if not isinstance(method, str):
+            raise InvalidInput(f"method: expected the name of one of Open3D's, got {shown(method)}")
         self.method, self.args, self.options = method, args, options
 
     def __call__(self, geometry: Any) -> Any:
@@ -159,8 +162,8 @@ class Step:
         return result[0] if isinstance(result, tuple) else result
 
     def __repr__(self) -> str:
-        shown = [repr(value) for value in self.args] + [f"{key}={value!r}" for key, value in self.options.items()]
-        return f"Step({', '.join([repr(self.method), *shown])})"
+        given = [shown(value) for value in self.args] + [f"{key}={shown(value)}" for key, value in self.options.items()]
+        return f"Step({', '.join([repr(self.method), *given])})"
 
 
 class Pipeline:
@@ -180,7 +183,7 @@ class Pipeline:
     def __init__(self, *steps: Callable[[Any], Any]):
         for place, step in enumerate(steps):
             if not callable(step):
-                raise InvalidInput(f"step {place}: expected a callable, got {step!r}")
+                raise InvalidInput(f"step {place}: expected a callable, got {shown(step)}")
         self.steps = steps
 
     def __call__(self, geometry: Any) -> Any:
@@ -247,14 +250,15 @@ def to_open3d(mesh: Mesh, *, tensor: bool = False) -> Any:
     open3d.geometry.TriangleMesh or open3d.t.geometry.TriangleMesh
     """
     o3d = require("open3d", "open3d")
-    if tensor:
+    refuse_other(mesh, Mesh, "recon.Mesh")
+    if as_flag(tensor, "tensor"):
         return _tensor_mesh(o3d, mesh, o3d.core.float64, o3d.core.Device("CPU:0"))
     vector, corners = o3d.utility.Vector3dVector, o3d.utility.Vector3iVector
     legacy = o3d.geometry.TriangleMesh(vector(np.array(mesh.vertices)), corners(np.array(mesh.faces)))
     if "colors" in mesh.attributes:
         legacy.vertex_colors = vector(unit_colors(mesh.attributes["colors"], 3))
-    if "normals" in mesh.attributes:
-        legacy.vertex_normals = vector(np.array(mesh.attributes["normals"], np.float64))
+    if (normals := doubles(mesh, "normals", 3)) is not None:
+        legacy.vertex_normals = vector(normals)
     return legacy
 
 
@@ -309,9 +313,9 @@ def _tensor_mesh(o3d: Any, mesh: Mesh, dtype: Any, device: Any) -> Any:
 
 
 def _plain(error: Exception) -> str:
-    """Open3D's message without colour codes and the file it was compiled from."""
+    """Open3D's message in one line, without colour codes and the file it was compiled from."""
     import re
 
-    text = re.sub(r"\x1b\[[0-9;]*m", "", str(error)).strip()
-    found = re.match(r"\[Open3D Error\].*?\.cpp:\d+:\s*(.*)", text, re.DOTALL)
-    return found[1].strip() if found else f"{type(error).__name__}: {text}"
+    text = " ".join(re.sub(r"\x1b\[[0-9;]*m", "", str(error)).split())
+    found = re.match(r"\[Open3D Error\].*?\.cpp:\d+:\s*(.*)", text)
+    return found[1] if found else f"{type(error).__name__}: {text.split(' Invoked with: ')[0]}"

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..alpha import AlphaComplex, alpha_complex
-from ..contracts import DegenerateInput, InvalidInput, StageError, as_points, require
+from ..contracts import DegenerateInput, InvalidInput, StageError, as_points, as_whole, require, shown
 from ..mesh import Mesh
 from .open3d import from_point_cloud, to_open3d
 
@@ -40,6 +40,9 @@ class AlphaShapes:
         """Give the regular facets, which bound a solid, and the singular ones, at ``alphas[place]``."""
         from ..surface import compact_mesh
 
+        place = as_whole(place, "place", 0)
+        if place >= len(self.alphas):
+            raise InvalidInput(f"place: expected 0 to {len(self.alphas) - 1}, got {shown(place)}")
         boundary = self.family.boundary(float(self.alphas[place]))
         points = self.family.triangulation.points
         kinds = (boundary.facets[~boundary.singular], boundary.facets[boundary.singular])
@@ -67,8 +70,7 @@ def alpha_shapes(pcd: Any, weights: Literal["adaptive"] | ArrayLike | None = Non
     DegenerateInput
         Points that span less than space.
     """
-    if steps < 2:
-        raise InvalidInput(f"steps: expected at least 2, got {steps}")
+    steps = as_whole(steps, "steps", 2)
     values, _ = from_point_cloud(pcd)
     points = as_points(values, 3)
     if isinstance(weights, str):
@@ -81,7 +83,7 @@ def alpha_shapes(pcd: Any, weights: Literal["adaptive"] | ArrayLike | None = Non
     if family.dimension < 3:
         raise DegenerateInput("points: they span less than 3 dimensions; their alpha shapes bound nothing")
     changes = np.unique(np.concatenate([family.entry(2), family.rho(3)]))
-    even = changes[np.linspace(0, len(changes) - 1, steps).round().astype(np.int64)]
+    even = changes[np.linspace(0, len(changes) - 1, min(steps, len(changes))).round().astype(np.int64)]
     voids = family.voids()
     lasting = np.argsort(voids.birth - voids.death, kind="stable")[: steps // 10]
     alphas = np.unique(np.concatenate([even, voids.birth[lasting], voids.death[lasting]]))

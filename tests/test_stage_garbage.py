@@ -1,0 +1,224 @@
+"""Whatever is given to a stage, the answer is a result or one line of ours; numbers of numpy's are numbers."""
+
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+import datasets_synthetic
+import recon
+from recon.contracts import ReconError
+
+pytestmark = pytest.mark.peers
+
+GARBAGE = {
+    "text": "0.5",
+    "bytes": b"1",
+    "none": None,
+    "flag": True,
+    "numpy flag": np.bool_(True),
+    "nan": math.nan,
+    "infinite": -math.inf,
+    "negative": -1,
+    "huge": 10**400,
+    "large": 1e300,
+    "complex": 1j,
+    "array": np.ones(3),
+    "square": np.ones((2, 2)),
+    "objects": np.array([object()]),
+    "date": np.datetime64("2020-01-01"),
+    "list": [0.5],
+    "dict": {},
+    "set": {1},
+    "object": object(),
+    "type": int,
+}
+NUMBERS = [
+    0.25,
+    np.float64(0.25),
+    np.float32(0.25),
+    np.float16(0.25),
+    np.longdouble(0.25),
+    np.array(0.25),
+    Fraction(1, 4),
+]
+WHOLES = [2, np.int64(2), np.uint8(2), np.array(2)]
+
+
+@pytest.fixture(scope="module")
+def points():
+    return datasets_synthetic.surface("sphere").sample(60, rng=0).points.copy()
+
+
+@pytest.fixture
+def pcd(points):
+    o3d = pytest.importorskip("open3d")
+    return o3d.geometry.PointCloud(o3d.utility.Vector3dVector(points))
+
+
+@pytest.fixture
+def mesh_set(points):
+    meshlab = pytest.importorskip("pymeshlab")
+    meshes = meshlab.MeshSet(verbose=False)
+    meshes.add_mesh(meshlab.Mesh(points))
+    return meshes
+
+
+def assert_refused_in_a_line(call, *values):
+    """Some of it may be taken; nothing else than an error of ours may come of the rest."""
+    refused = 0
+    for value in values or GARBAGE.values():
+        try:
+            call(value)
+        except ReconError as error:
+            assert 0 < len(str(error)) < 400 and "\n" not in str(error), str(error)
+            refused += 1
+    assert refused > len(values or GARBAGE) // 2
+
+
+@pytest.mark.filterwarnings("ignore:no triangle at alpha")
+@pytest.mark.parametrize("parameter", ["pcd", "alpha"])
+def test_the_twin_of_open3ds_function_refuses_garbage(pcd, parameter):
+    from recon.stages.open3d import create_from_point_cloud_alpha_shape as shape
+
+    assert_refused_in_a_line(lambda value: shape(**{"pcd": pcd, "alpha": 0.5, parameter: value}))
+    for value in ("0.5", None, True, np.ones(3), [0.5]):
+        with pytest.raises(recon.InvalidInput, match=r"^alpha: expected a non-negative radius, got "):
+            shape(pcd, value)
+
+
+@pytest.mark.parametrize("parameter", ["pcd", "weights", "alpha", "surface", "clean", "denoise", "threads", "progress"])
+def test_the_open3d_stage_refuses_garbage(pcd, parameter):
+    from recon.stages.open3d import create_from_point_cloud_weighted_alpha_shape as stage
+
+    values = [v for k, v in GARBAGE.items() if parameter != "progress" or k != "type"]  # a type can be called
+    assert_refused_in_a_line(lambda value: stage(**{"pcd": pcd, parameter: value}), *values)
+
+
+def test_the_rest_of_the_open3d_door_refuses_garbage(pcd, points):
+    from recon.stages import open3d, open3d_slider
+
+    mesh = recon.Mesh.from_arrays(points, [[0, 1, 2]])
+    shapes = open3d_slider.alpha_shapes(pcd, steps=3)
+    for call in (
+        open3d.from_point_cloud,
+        open3d.to_open3d,
+        open3d.from_open3d,
+        lambda value: open3d.to_open3d(mesh, tensor=value),
+        lambda value: open3d.Step(value)(pcd),
+        lambda value: open3d.Pipeline(open3d.Step("voxel_down_sample", 0.1))(value),
+        lambda value: open3d.Pipeline(open3d.Step("voxel_down_sample", value))(pcd),
+        open3d_slider.alpha_shapes,
+        lambda value: open3d_slider.alpha_shapes(pcd, value),
+        lambda value: open3d_slider.alpha_shapes(pcd, steps=value),
+        shapes.parts,
+    ):
+        assert_refused_in_a_line(call, *[v for k, v in GARBAGE.items() if k != "large"])
+    assert_refused_in_a_line(open3d.Pipeline, *[v for k, v in GARBAGE.items() if k != "type"])
+
+
+def test_the_meshlab_filter_refuses_garbage(mesh_set):
+    from recon.stages.meshlab import generate_weighted_alpha_shape
+    from recon.stages.mlx import PARAMETERS
+
+    for parameter in PARAMETERS:
+        assert_refused_in_a_line(
+            lambda value, name=parameter: (
+                generate_weighted_alpha_shape(mesh_set, surface="Open", **{name: value})
+                if name != "surface"
+                else generate_weighted_alpha_shape(mesh_set, surface=value)
+            )
+        )
+    assert_refused_in_a_line(generate_weighted_alpha_shape)
+
+
+def test_filter_scripts_refuse_garbage(mesh_set, tmp_path):
+    from recon.stages.meshlab import CLEAN_UP, FilterScript, from_pymeshlab, run_filter_script, to_pymeshlab
+    from recon.stages.mlx import FILTER, filters
+
+    percent = FilterScript([(FILTER, {"radius": "1%"})])
+    for call in (
+        FilterScript,
+        lambda value: FilterScript([value]),
+        lambda value: FilterScript([(value, {})]),
+        lambda value: FilterScript([(FILTER, value)]),
+        FilterScript.read,
+        lambda value: percent.write(tmp_path / "script.mlx", diagonal=value),
+        lambda value: run_filter_script(value, CLEAN_UP),
+        lambda value: run_filter_script(mesh_set, value),
+        to_pymeshlab,
+        from_pymeshlab,
+        lambda value: from_pymeshlab(mesh_set.current_mesh(), value),
+    ):
+        assert_refused_in_a_line(call)
+    assert_refused_in_a_line(
+        lambda value: percent.write(value), *[v for v in GARBAGE.values() if not isinstance(v, str)]
+    )
+    first = {str(kind): (name, key) for name, entry in filters().items() for key, kind in entry["parameters"].items()}
+    for name, key in first.values():
+        assert_refused_in_a_line(lambda value, name=name, key=key: FilterScript([(name, {key: value})]))
+
+
+@pytest.mark.parametrize("library", ["trimesh", "pyvista", "meshio", "open3d", "pymeshlab"])
+def test_converters_refuse_garbage_and_attributes_that_do_not_fit(library):
+    from recon.stages import convert
+
+    pytest.importorskip(library)
+    assert_refused_in_a_line(getattr(convert, f"to_{library}"))
+    assert_refused_in_a_line(getattr(convert, f"from_{library}"))
+    for name in ("colors", "normals", "quality", "other"):
+        for values in (
+            np.ones((3, 0)), np.ones((3, 2)), np.ones((3, 3, 3)), np.ones(3, np.float16), np.ones(3, np.longdouble), np.ones(3) * 1j,
+            np.array(["a"] * 3), np.array([object()] * 3), np.array(["2020-01-01"] * 3, "M8[D]"), np.zeros(3, [("a", "f4")]),
+        ):  # fmt: skip
+            mesh = recon.Mesh.from_arrays(np.eye(3), [[0, 1, 2]], None, {name: values})
+            try:
+                getattr(mesh, f"to_{library}")()
+            except ReconError as error:
+                assert "\n" not in str(error) and name.rstrip("s") in str(error)
+
+
+def test_arrays_of_a_mesh_refuse_garbage():
+    for call in (
+        lambda value: recon.Mesh.from_arrays(value, [[0, 1, 2]]),
+        lambda value: recon.Mesh.from_arrays(np.eye(3), value),
+        lambda value: recon.Mesh.from_arrays(np.eye(3), [[0, 1, 2]], None, value),
+        lambda value: recon.Mesh.from_arrays(np.eye(3), [[0, 1, 2]], None, {"a": value}),
+    ):
+        assert_refused_in_a_line(call)
+
+
+def test_no_open_file_is_taken_for_a_path(tmp_path):
+    from recon.stages.mlx import FilterScript
+
+    with open(tmp_path / "some", "w+") as file:
+        for number in (file.fileno(), np.int64(file.fileno())):
+            with pytest.raises(recon.InvalidInput, match="expected a path"):
+                FilterScript.read(number)
+        file.write("still open")
+
+
+def test_numbers_of_numpys_are_numbers(pcd, mesh_set):
+    from recon.stages import open3d, open3d_slider
+    from recon.stages.meshlab import generate_weighted_alpha_shape
+
+    by_radius = {len(open3d.create_from_point_cloud_alpha_shape(pcd, value * 4).triangles) for value in NUMBERS}
+    by_alpha = {
+        len(open3d.create_from_point_cloud_weighted_alpha_shape(pcd, alpha=value, surface="complex").triangles)
+        for value in NUMBERS
+    }
+    assert len(by_radius) == len(by_alpha) == 1 and min(by_radius | by_alpha) > 0
+    faces = set()
+    for value in NUMBERS:
+        generate_weighted_alpha_shape(
+            mesh_set, alpha=value, surface="Complex", clean=np.bool_(True), threads=np.uint8(1)
+        )
+        faces.add(mesh_set.current_mesh().face_number())
+        mesh_set.set_current_mesh(0)
+    assert faces == by_alpha
+    for value in WHOLES:
+        open3d.create_from_point_cloud_weighted_alpha_shape(
+            pcd, threads=value, clean=np.bool_(False), denoise=np.bool_(False)
+        )
+        assert len(open3d_slider.alpha_shapes(pcd, steps=value).alphas) >= 2
