@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._kernels import cavities as kernels
+from .threads import over_ranges
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,10 +62,15 @@ def balls_within(
     """
     if cells.shape[1] == 2:
         return _intervals_within(balls, cells)
-    result, done, room = np.empty((len(cells), 2)), 0, 256
-    while done < len(cells):
-        more = kernels.balls_within(balls, cells[done:], starts, beside, room, result[done:])
-        done, room = done + more, 4 * room
+    result = np.empty((len(cells), 2))
+
+    def work(done: int, stop: int) -> None:
+        room = 256
+        while done < stop:
+            done += kernels.balls_within(balls, cells[done:stop], starts, beside, room, result[done:stop])
+            room *= 4
+
+    over_ranges(work, len(cells), None)
     return result
 
 

@@ -41,6 +41,7 @@ class Outside:
     def __init__(self, family: Family, alpha: float) -> None:
         self.family, self.alpha = family, alpha
         self._faces: dict[int, NDArray[np.int32]] = {}
+        self._around: dict[int, tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64], tuple]] = {}
         self.dimension = family.triangulation.points.shape[1]
         span = family.triangulation.dimension
         if span == self.dimension:
@@ -130,6 +131,12 @@ class Outside:
         corners : tuple of tuple of int
             The slots of each of the c k-faces of a cell.
         """
+        if k not in self._around:
+            self._around[k] = self._components_around(k)
+        return self._around[k]
+
+    def _components_around(self, k: int) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64], tuple]:
+        """Link the open cells around each simplex through its facets that are open too."""
         d, m = self.dimension, len(self.cells)
         corners = tuple(combinations(range(d + 1), k + 1))
         exists = np.zeros((m, len(corners)), bool)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -19,46 +18,13 @@ from .outside import FILLED, OUTSIDE, Outside
 from .power import adjacency
 from .redundancy import redundant_points
 from .regular import RegularTriangulation
+from .sphere_faces import SphereFaces, Spheres, faces_around, faces_in_wide_space
 
 _CHUNK = 1 << 17  # simplices at a time
 _PIECES = {
     (3, 1): kernels.caps, (3, 2): kernels.double_caps, (3, 3): kernels.triple_caps,
     (2, 1): kernels.segments, (2, 2): kernels.double_segments,
 }  # fmt: skip
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class SphereFaces:
-    """The l-faces of F_alpha: patches of spheres (l = 2), arcs of circles (1), corners (0); in 2-D arcs and corners.
-
-    An l-face is a connected piece of the boundary of F_alpha on the l-sphere K_T common to the spheres of T.
-
-    Attributes
-    ----------
-    simplices : (f, d-l) ndarray of int32
-        T: input rows, ascending in a row.
-    centers : (f, d) ndarray of float64 [L]
-        Of K_T.
-    radii : (f,) ndarray of float64 [L]
-        Of K_T.
-    points : (f, d) ndarray of float64 [L] or None
-        Where a corner is; None for l > 0.
-    on : (f, d-l) ndarray of int64
-        The faces of dimension l + 1 that it bounds: rows of `faces(l + 1)`, of T without its vertex of that column.
-        No columns for l = d - 1.
-    region : (f,) ndarray of int64
-        The void that it borders, -1 for the outside.
-    """
-
-    simplices: NDArray[np.int32]
-    centers: NDArray[np.float64]
-    radii: NDArray[np.float64]
-    points: NDArray[np.float64] | None
-    on: NDArray[np.int64]
-    region: NDArray[np.int64]
-
-    def __len__(self) -> int:
-        return len(self.simplices)
 
 
 class SpaceFillingDiagram:
@@ -69,12 +35,7 @@ class SpaceFillingDiagram:
         triangulation = complex_.triangulation
         self.dimension = triangulation.points.shape[1]
         self._family: Family = complex_._family
-        self._exponent = _exponent(triangulation, alpha)
-        self._balls = np.zeros((len(triangulation.points), 4))
-        shifted = triangulation.points - triangulation.points[triangulation.cells[0, 0]]
-        self._balls[:, : self.dimension] = np.ldexp(shifted, -self._exponent)
-        self._squares = np.ldexp(triangulation.weights + alpha, -2 * self._exponent)
-        self._balls[:, 3] = np.maximum(self._squares, 0.0)
+        self._spheres = Spheres(triangulation, alpha)
 
     def __repr__(self) -> str:
         n = len(self.ball_volumes)
@@ -163,33 +124,16 @@ class SpaceFillingDiagram:
         if isinstance(l, bool) or not isinstance(l, (int, np.integer)) or not 0 <= l < d:
             raise InvalidInput(f"l: expected an integer from 0 to {d - 1}, got {l!r}")
         k = d - int(l) - 1
-        span = self.complex.dimension
-        if span < d - 1:
-            return self._faces_in_wide_space(k)
-        if k > span:
-            return self._face_arrays(np.empty((0, k + 1), np.int32), None, np.empty((0, k + 1)), np.empty(0))
-        cell, place, label, corners = self._around(k)
-        slots = np.array(corners)[place]
-        rows = self._outside.cells[cell[:, None], slots]
-        on = np.empty((len(cell), k + 1 if k else 0), np.int64)
-        if k:
-            _, _, below, lower_corners = self._around(k - 1)
-            where = {kept: column for column, kept in enumerate(lower_corners)}
-            for column in range(k + 1):
-                lower = np.delete(slots, column, axis=1)
-                columns = np.array([where[tuple(kept)] for kept in lower.tolist()], np.int64)
-                on[:, column] = below[cell, columns]
-        region = self._regions[cell]
-        if k < d - 1:
-            return self._face_arrays(rows, None, on, region)
-        return self._face_arrays(rows, self._away_from(rows, cell, slots), on, region)
+        if self.complex.dimension < d - 1:
+            return faces_in_wide_space(self._spheres, self.complex, self.alpha, k)
+        return faces_around(self._spheres, self._outside, self._regions, k)
 
     # --- measures
 
     @cached_property
     def _measures(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Volumes and areas of all balls: inclusion-exclusion over K_alpha."""
-        d, n = self.dimension, len(self._balls)
+        d, n = self.dimension, len(self._spheres.balls)
         total = np.zeros((n, 2))
         level = self._family.level(0)
         kept = level.entry <= self.alpha
@@ -204,13 +148,13 @@ class SpaceFillingDiagram:
         if self.complex.dimension == d:
             total[level.simplices[buried, 0], 1] = 0.0
         np.maximum(total, 0.0, out=total)  # a ball that barely shows may round to less than nothing
-        volumes, areas = self._unscaled(total[:, 0], d), self._unscaled(total[:, 1], d - 1)
+        volumes, areas = self._spheres.unscaled(total[:, 0], d), self._spheres.unscaled(total[:, 1], d - 1)
         volumes.flags.writeable = areas.flags.writeable = False
         return volumes, areas
 
     def _whole(self, rows: NDArray) -> NDArray[np.float64]:
         """Volumes and areas (s, 2) of whole balls."""
-        square = self._balls[rows, 3]
+        square = self._spheres.balls[rows, 3]
         radius = np.sqrt(square)
         if self.dimension == 3:
             return np.column_stack([4 / 3 * math.pi * square * radius, 4 * math.pi * square])
@@ -222,16 +166,13 @@ class SpaceFillingDiagram:
         """Pieces (s, k+1, 2) of k-simplices, k > 0, in scaled units."""
         pieces = np.empty((*rows.shape, 2))
         if self.dimension > 1:
-            _PIECES[self.dimension, rows.shape[1] - 1](self._balls, rows, pieces)
+            _PIECES[self.dimension, rows.shape[1] - 1](self._spheres.balls, rows, pieces)
             return pieces
-        ends, square = self._balls[rows, 0], self._balls[rows, 3]
+        ends, square = self._spheres.balls[rows, 0], self._spheres.balls[rows, 3]
         length = np.abs(ends[:, :1] - ends[:, 1:])
         pieces[..., 0] = np.sqrt(square) - 0.5 * (length + (square - square[:, ::-1]) / length)
         pieces[..., 1] = 1.0
         return pieces
-
-    def _unscaled(self, values: NDArray, power: int) -> NDArray[np.float64]:
-        return np.ldexp(values, power * self._exponent)
 
     # --- the complement
 
@@ -286,99 +227,18 @@ class SpaceFillingDiagram:
         found = np.flatnonzero(region >= 0)
         number, cells = region[found], outside.cells[found]
         count = int(number.max(initial=-1)) + 1
-        balls = np.column_stack([self._balls[:, :3], self._squares])
-        local = (self._balls[cells] - self._balls[cells[:, :1]])[..., :3]
+        balls = np.column_stack([self._spheres.balls[:, :3], self._spheres.squares])
+        local = (self._spheres.balls[cells] - self._spheres.balls[cells[:, :1]])[..., :3]
         measure = balls_within(balls, cells, *adjacency(self.complex))
         measure[:, 0] = contents(local, d) - measure[:, 0]
-        volumes = self._unscaled(np.bincount(number, measure[:, 0], count), d)
-        areas = self._unscaled(np.bincount(number, measure[:, 1], count), d - 1)
+        volumes = self._spheres.unscaled(np.bincount(number, measure[:, 0], count), d)
+        areas = self._spheres.unscaled(np.bincount(number, measure[:, 1], count), d - 1)
         gates = (~outside.walls[found] & (region[outside.neighbors[found]] != number[:, None])).sum(axis=1)
         mouths = np.bincount(number, gates, count).astype(np.int64)
         arrays = np.maximum(volumes, 0.0), np.maximum(areas, 0.0), cells, number, mouths
         for array in arrays:
             array.flags.writeable = False
         return Cavities(*arrays)
-
-    # --- faces
-
-    def _around(self, k: int):
-        cache = self.__dict__.setdefault("_faces_around", {})
-        if k not in cache:
-            cache[k] = self._outside.faces_around(k)
-        return cache[k]
-
-    def _faces_in_wide_space(self, k: int) -> SphereFaces:
-        """Faces where the centres span at least two dimensions less than the space: one a simplex of K_alpha."""
-        if k > self.complex.dimension:
-            rows = np.empty((0, k + 1), np.int32)
-            return self._face_arrays(rows, None, np.empty((0, k + 1), np.int64), np.empty(0, np.int64))
-        kept = self.complex.entry(k) <= self.alpha
-        on = np.empty((np.count_nonzero(kept), 0), np.int64)
-        if k:
-            number = np.cumsum(self.complex.entry(k - 1) <= self.alpha) - 1
-            on = number[self._family.faces(k)[kept]]
-        rows = self.complex.simplices(k)[kept]
-        return self._face_arrays(rows, None, on, np.full(len(rows), OUTSIDE))
-
-    def _face_arrays(self, rows: NDArray, away: NDArray | None, on: NDArray, region: NDArray) -> SphereFaces:
-        """Place faces: `away` are the unit vectors from the centre of K_T to the corners."""
-        d = self.dimension
-        centers, radii = self._spheres(rows)
-        origin = self.complex.triangulation.points[self.complex.triangulation.cells[0, 0]]
-        points = None
-        if rows.shape[1] == d:
-            points = centers if away is None else centers + radii[:, None] * away
-            points = np.ldexp(points, self._exponent) + origin
-        arrays = rows, np.ldexp(centers, self._exponent) + origin, np.ldexp(radii, self._exponent), points, on, region
-        for array in arrays:
-            if array is not None:
-                array.flags.writeable = False
-        return SphereFaces(*arrays)
-
-    def _spheres(self, rows: NDArray) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Centres (s, d) and radii (s,) of the spheres common to the spheres of simplices, in scaled units."""
-        d = self.dimension
-        first = self._balls[rows[:, 0]]
-        if rows.shape[1] == 1:
-            return first[:, :d].copy(), np.sqrt(first[:, 3])
-        edges = self._balls[rows[:, 1:], :d] - first[:, None, :d]
-        right = 0.5 * ((edges**2).sum(axis=2) + first[:, 3:] - self._balls[rows[:, 1:], 3])
-        if len(rows) == 0:
-            return np.empty((0, d)), np.empty(0)
-        # Orthonormal axes of the edges (QR): edges = lower triangle times axes.
-        axes, upper = np.linalg.qr(np.swapaxes(edges, 1, 2))
-        offset = np.linalg.solve(np.swapaxes(upper, 1, 2), right[..., None])
-        shift = (axes @ offset)[..., 0]
-        return first[:, :d] + shift, np.sqrt(np.maximum(first[:, 3] - (offset[..., 0] ** 2).sum(axis=1), 0.0))
-
-    def _away_from(self, rows: NDArray, cell: NDArray, slots: NDArray) -> NDArray[np.float64]:
-        """Unit normals (f, d) of facets of K_alpha, into the open cell."""
-        d, outside = self.dimension, self._outside
-        corners = self._balls[rows, :d]
-        if d == 1:
-            normal = np.ones((len(rows), 1))
-        elif d == 2:
-            edge = corners[:, 1] - corners[:, 0]
-            normal = np.column_stack([-edge[:, 1], edge[:, 0]])
-        else:
-            normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        normal /= np.linalg.norm(normal, axis=1)[:, None]
-        opposite = d * (d + 1) // 2 - slots.sum(axis=1)
-        apex = outside.cells[cell, opposite]
-        finite = apex >= 0
-        sign = np.ones(len(rows))
-        inner = apex.copy()
-        if outside.finite:  # of an infinite cell the finite one behind it tells
-            behind = outside.neighbors[cell, opposite]
-            mirror = (outside.neighbors[behind] == cell[:, None]) & (
-                outside.cells[behind][:, :, None] != rows[:, None, :]
-            ).all(axis=2)
-            inner = np.where(finite, apex, outside.cells[behind, mirror.argmax(axis=1)])
-            side = ((self._balls[inner, :d] - corners[:, 0]) * normal).sum(axis=1)
-            sign = np.where((side > 0) == finite, 1.0, -1.0)
-        else:  # a flat triangulation: the first half of the cells is on one side of it, the others on the other
-            sign = np.where(cell < len(outside.cells) // 2, 1.0, -1.0)
-        return normal * sign[:, None]
 
 
 def space_filling_diagram(
@@ -434,11 +294,3 @@ def space_filling_diagram(
     if isinstance(points_or_complex, AlphaComplex):
         return SpaceFillingDiagram(points_or_complex, float(value))
     return SpaceFillingDiagram(alpha_complex(points_or_complex, weights), float(value))
-
-
-def _exponent(triangulation: RegularTriangulation, alpha: float) -> int:
-    """Power of two that brings all lengths below 1."""
-    used = np.unique(triangulation.cells)
-    extent = float(np.ptp(triangulation.points[used], axis=0).max())
-    radius = math.sqrt(max(float((triangulation.weights[used] + alpha).max()), 0.0))
-    return math.frexp(max(extent, radius))[1]

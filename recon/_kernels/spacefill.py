@@ -15,13 +15,16 @@ import math
 
 from .compile import kernel
 
+TOUCH = 2.0**-49  # what rounding may make of tangency, in radii: a chord of its root would spoil the areas
+
 
 @kernel
 def chord(reach, distance):
     """Half the chord that a line at a distance cuts from a circle of radius `reach`, and the distance, put in range."""
     if distance != distance:  # 0 / 0: the planes coincide
         distance = 0.0
-    distance = min(max(distance, -reach), reach)
+    if abs(distance) >= reach * (1.0 - TOUCH):
+        return 0.0, math.copysign(reach, distance)
     return math.sqrt((reach - distance) * (reach + distance)), distance
 
 

@@ -49,40 +49,60 @@ function ascending(ranks, limit) {
   return order;
 }
 
-// Facets stand in the order in which they come: those in the complex at an alpha are the first ones.
+// Facets stand in bins, by when they come, and in each bin in the order in which they go, the last one first: of a bin that
+// is there as a whole, those to be drawn at an alpha are the first ones. So a step costs as much as what it draws.
+const BIN = 2048;
+
 class Family {
   constructor(arrays) {
     this.critical = arrays.critical[0];
     this.betti = arrays.betti;
     this.width = arrays.facets.length;
-    const order = ascending(arrays.intervals[0], this.critical.length);
+    const [first, , upper] = arrays.intervals, n = this.critical.length, bin = new Int32Array(first.length);
+    ascending(first, n).forEach((facet, place) => { bin[facet] = Math.floor(place / BIN); });
+    const leaving = ascending(upper.map((rank) => n - rank), n);
+    const order = ascending(leaving.map((facet) => bin[facet]), Math.ceil(first.length / BIN)).map((place) => leaving[place]);
     [this.first, this.lower, this.upper] = arrays.intervals.map((column) => column.map((_, i) => column[order[i]]));
     this.corners = interleave(arrays.facets.map((column) => column.map((_, i) => column[order[i]])));
     this.cells = arrays.cells;
     this.entries = arrays.entries && arrays.entries[0];
+    this.bins = [];
+    for (let from = 0; from < first.length; from += BIN) {
+      const to = Math.min(from + BIN, first.length), ranks = this.first.subarray(from, to);
+      this.bins.push({ from, to, least: Math.min(...ranks), greatest: Math.max(...ranks) });
+    }
   }
 
   rank(alpha) { return countUpTo(this.critical, alpha); }
 
   // A facet is singular from its first bound on, regular from its lower one, interior from its upper one.
   // Write the corners of the facets of each shown class into target: singular ones from the end backwards, regular ones
-  // from the beginning, interior ones after these; give counts, starts and sizes. A frame's work: one pass.
+  // from the beginning, interior ones after these; give counts, starts and sizes.
   select(alpha, [singular, regular, interior], target) {
-    const r = this.rank(alpha), { width, corners, lower, upper } = this, total = countUpTo(this.first, r - 1);
+    const r = this.rank(alpha), { width, corners, first, lower, upper } = this, buried = [];
     let fore = 0, back = target.length, alone = 0, between = 0, inside = 0;
-    for (let i = 0; i < total; i++) {
-      if (upper[i] < r) {
-        inside++;
-      } else if (lower[i] < r) {
-        between++;
-        if (regular) for (let k = 0, at = i * width; k < width; k++) target[fore++] = corners[at++];
-      } else {
-        alone++;
-        if (singular) for (let k = width, at = i * width + width; k > 0; k--) target[--back] = corners[--at];
+    for (const { from, to, least, greatest } of this.bins) {
+      if (least >= r) break;
+      const whole = greatest < r;
+      let i = from;
+      for (; i < to && upper[i] >= r; i++) {
+        if (!whole && first[i] >= r) continue;
+        if (lower[i] < r) {
+          between++;
+          if (regular) for (let k = 0, at = i * width; k < width; k++) target[fore++] = corners[at++];
+        } else {
+          alone++;
+          if (singular) for (let k = width, at = i * width + width; k > 0; k--) target[--back] = corners[--at];
+        }
       }
+      inside += to - i; // what has gone has come
+      buried.push([i * width, to * width]);
     }
     let end = fore;
-    if (interior) for (let i = 0; i < total; i++) if (upper[i] < r) for (let k = 0, at = i * width; k < width; k++) target[end++] = corners[at++];
+    if (interior) for (const [from, to] of buried) {
+      target.set(corners.subarray(from, to), end);
+      end += to - from;
+    }
     return { counts: [alone, between, inside], starts: [back, 0, fore], sizes: [target.length - back, fore, end - fore] };
   }
 

@@ -37,17 +37,18 @@ class Layer {
     this.object.frustumCulled = false;
     world.scene.add(this.object);
   }
-  drawn(starts, sizes) {
+  // Draw these parts; changed says that the indices in them are others than before, and go to the graphics card.
+  drawn(starts, sizes, changed) {
     const { index } = this.geometry;
-    index.clearUpdateRanges();
+    if (changed) index.clearUpdateRanges();
     this.geometry.clearGroups();
     sizes.forEach((size, k) => {
       if (!size) return;
-      index.addUpdateRange(starts[k], size);
+      if (changed) index.addUpdateRange(starts[k], size);
       this.geometry.addGroup(starts[k], size, k);
     });
     this.object.visible = this.geometry.groups.length > 0;
-    index.needsUpdate = this.object.visible;
+    if (changed && this.object.visible) index.needsUpdate = true;
   }
 }
 

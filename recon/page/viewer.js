@@ -191,16 +191,16 @@ class App {
       const wanted = family.cells ? [shown.singular, shown.regular, false] : CLASSES.map((name) => shown[name]);
       const found = family.select(this.alpha, wanted, layers.facets.indices);
       counts = found.counts;
-      layers.facets.drawn(found.starts, found.sizes);
+      layers.facets.drawn(found.starts, found.sizes, true);
       if (layers.cells) {
         const end = family.selectCells(this.alpha, layers.cells.indices);
-        layers.cells.drawn([0], [shown.interior ? end : 0]);
+        layers.cells.drawn([0], [shown.interior ? end : 0], true);
         counts[2] = end / family.cells.length;
       }
       CLASSES.forEach((name, k) => { this.boxes[name].count.textContent = grouped(counts[k]); });
     }
-    if (layers.mesh) layers.mesh.drawn([0], [shown.mesh ? layers.mesh.indices.length : 0]);
-    layers.points.drawn([0], [shown.points ? meta.points : 0]);
+    if (layers.mesh) layers.mesh.drawn([0], [shown.mesh ? layers.mesh.indices.length : 0], false);
+    layers.points.drawn([0], [shown.points ? meta.points : 0], false);
     this.notify(counts);
     this.world.ask();
   }
