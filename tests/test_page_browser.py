@@ -213,6 +213,31 @@ def test_the_picture_at_an_alpha_does_not_depend_on_the_way_there(browser, tmp_p
         assert browser.seen() == expected
 
 
+def test_a_step_of_the_slider_uploads_the_facets_that_it_draws_and_nothing_else(browser, tmp_path):
+    points, _ = torus()
+    result = recon.reconstruct(points)
+    browser.open(view_page(points, result.weights, mesh=result.mesh), tmp_path)
+    browser.press("m", "3")
+    browser.slide(0.5)
+    browser.run("""
+        recon.time(1);
+        window.uploaded = 0;
+        const send = WebGL2RenderingContext.prototype.bufferSubData;
+        WebGL2RenderingContext.prototype.bufferSubData = function (target, offset, source, start, length) {
+          uploaded += length * source.BYTES_PER_ELEMENT;
+          return send.apply(this, arguments);
+        };
+        WebGL2RenderingContext.prototype.bufferData = () => { uploaded = NaN; };""")
+    for place in (0.1, 0.45, 0.7, 1.0):
+        browser.slide(place)
+        browser.run("recon.time(1)")
+        facets = sum(len(rows) for rows in browser.drawn().values())
+        assert facets > 0 and browser.run("const all = uploaded; uploaded = 0; return all") == 4 * 3 * facets
+    browser.press("p", "m", "w")
+    browser.run("recon.time(1)")
+    assert browser.complaints() == []
+
+
 def test_arrows_step_through_the_critical_values_in_double_precision(browser, tmp_path):
     points, weights = weighted()
     critical = recon.alpha_complex(points, weights).spectrum().tolist()

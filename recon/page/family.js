@@ -49,28 +49,33 @@ function ascending(ranks, limit) {
   return order;
 }
 
-// Facets stand in bins, by when they come, and in each bin in the order in which they go, the last one first: of a bin that
-// is there as a whole, those to be drawn at an alpha are the first ones. So a step costs as much as what it draws.
-const BIN = 2048;
+function taken(values, order) {
+  const out = new Int32Array(order.length);
+  for (let i = 0; i < order.length; i++) out[i] = values[order[i]];
+  return out;
+}
+
+// Facets stand in bins, by the rank from which on they are there, and in each bin in the order in which they go, the last one
+// first: of a bin that is there as a whole, the exposed facets are the first ones. So a step costs as much as what it draws.
+const BINS = 512;
 
 class Family {
   constructor(arrays) {
     this.critical = arrays.critical[0];
     this.betti = arrays.betti;
     this.width = arrays.facets.length;
-    const [first, , upper] = arrays.intervals, n = this.critical.length, bin = new Int32Array(first.length);
-    ascending(first, n).forEach((facet, place) => { bin[facet] = Math.floor(place / BIN); });
+    const [first, , upper] = arrays.intervals, n = this.critical.length;
+    this.ranks = Math.ceil(n / BINS); // in a bin
     const leaving = ascending(upper.map((rank) => n - rank), n);
-    const order = ascending(leaving.map((facet) => bin[facet]), Math.ceil(first.length / BIN)).map((place) => leaving[place]);
-    [this.first, this.lower, this.upper] = arrays.intervals.map((column) => column.map((_, i) => column[order[i]]));
-    this.corners = interleave(arrays.facets.map((column) => column.map((_, i) => column[order[i]])));
+    const bins = taken(first, leaving).map((rank) => Math.floor(rank / this.ranks));
+    const order = taken(leaving, ascending(bins, BINS));
+    [this.first, this.lower, this.upper] = arrays.intervals.map((column) => taken(column, order));
+    this.corners = interleave(arrays.facets.map((column) => taken(column, order)));
+    this.ends = new Int32Array(BINS); // where each bin ends
+    for (const bin of bins) this.ends[bin]++;
+    for (let bin = 1; bin < BINS; bin++) this.ends[bin] += this.ends[bin - 1];
     this.cells = arrays.cells;
     this.entries = arrays.entries && arrays.entries[0];
-    this.bins = [];
-    for (let from = 0; from < first.length; from += BIN) {
-      const to = Math.min(from + BIN, first.length), ranks = this.first.subarray(from, to);
-      this.bins.push({ from, to, least: Math.min(...ranks), greatest: Math.max(...ranks) });
-    }
   }
 
   rank(alpha) { return countUpTo(this.critical, alpha); }
@@ -79,12 +84,10 @@ class Family {
   // Write the corners of the facets of each shown class into target: singular ones from the end backwards, regular ones
   // from the beginning, interior ones after these; give counts, starts and sizes.
   select(alpha, [singular, regular, interior], target) {
-    const r = this.rank(alpha), { width, corners, first, lower, upper } = this, buried = [];
+    const r = this.rank(alpha), { width, corners, first, lower, upper, ranks, ends } = this, gone = [];
     let fore = 0, back = target.length, alone = 0, between = 0, inside = 0;
-    for (const { from, to, least, greatest } of this.bins) {
-      if (least >= r) break;
-      const whole = greatest < r;
-      let i = from;
+    for (let bin = 0, i = 0; bin * ranks < r; bin++) {
+      const whole = (bin + 1) * ranks <= r, to = ends[bin];
       for (; i < to && upper[i] >= r; i++) {
         if (!whole && first[i] >= r) continue;
         if (lower[i] < r) {
@@ -95,11 +98,12 @@ class Family {
           if (singular) for (let k = width, at = i * width + width; k > 0; k--) target[--back] = corners[--at];
         }
       }
-      inside += to - i; // what has gone has come
-      buried.push([i * width, to * width]);
+      inside += to - i; // what has gone was there
+      gone.push([i * width, to * width]);
+      i = to;
     }
     let end = fore;
-    if (interior) for (const [from, to] of buried) {
+    if (interior) for (const [from, to] of gone) {
       target.set(corners.subarray(from, to), end);
       end += to - from;
     }
