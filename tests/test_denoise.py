@@ -10,6 +10,7 @@ import datasets_synthetic
 import recon
 import weighting
 from recon.postprocess import denoise
+from recon.samples import clean_samples
 from recon.topology import topology
 
 
@@ -58,6 +59,33 @@ def test_shape_is_not_noise(name, n):
 
 def test_two_sheets_are_not_noise():
     assert weighting.scatter(two_sheets(2.0, 0.0)[0]).noisy == 0
+
+
+@pytest.mark.parametrize("apart", [0.7, 1.0, 1.3, 2.0])
+def test_two_sheets_that_share_their_neighbourhoods_are_not_noise(apart):
+    for noise in (0.0, 0.1 * apart):
+        points = two_sheets(apart, noise, n=3000)[0]
+        assert weighting.scatter(points).noisy < 0.25
+    clean = two_sheets(apart, 0.0, n=3000)[0]
+    np.testing.assert_array_equal(clean_samples(clean, None, None).points, clean)
+
+
+@pytest.mark.parametrize("kind", ["normal", "uniform", "triangular"])
+def test_a_thick_sheet_is_noise_whatever_its_distribution(kind):
+    points, rng = two_sheets(0.0, 0.0, n=3000)[0], np.random.default_rng(2)
+    points[:, 2] = {
+        "normal": rng.normal(0, 0.5, len(points)),
+        "uniform": rng.uniform(-0.8, 0.8, len(points)),
+        "triangular": rng.triangular(-1, 0, 1, len(points)),
+    }[kind]
+    assert weighting.scatter(points).noisy > 0.75
+
+
+@pytest.mark.parametrize("density", [1.0, 10.0, 50.0])
+@pytest.mark.parametrize("noise", [0.1, 0.4])
+def test_edges_hide_no_noise(noise, density):
+    _, sample, _ = cloud("csg_part", noise, n=3000, density=density)
+    assert weighting.scatter(sample.points).noisy > 0.5
 
 
 def test_the_level_follows_noise_that_varies_over_the_cloud():
@@ -263,7 +291,7 @@ def test_no_sample_of_a_real_scan_is_removed(path):
 @pytest.mark.data
 def test_real_scans_are_denoised_where_they_are_noisy_alone():
     folder = scans()
-    noisy = {"points/milk.pcd", "points/fin90_with_PCA_normals.xyz", "points/hippo1.ply"}
+    noisy = {"points/milk.pcd", "points/fin90_with_PCA_normals.xyz", "points/hippo1.ply", "points/sphere_20k.xyz"}
     clean = {
         "points/kitten.xyz",
         "points/horse.ply",

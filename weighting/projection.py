@@ -24,13 +24,17 @@ MOST = 5.0  # standard deviations of noise from a fit that a sample may be moved
 STRONG = 0.25  # noise [spacings] from which on planes need more samples
 LOOKED_AT = 4096  # samples from which the noise level is taken
 STRETCH = 256  # of those along the space filling curve, for which there is one level
-# The lower quartile of chi^2 over its degrees of freedom, for the 12 - 6 of the smallest fit. The quartile, and not the
-# median, so that up to three quarters of a stretch may lie on edges.
-QUARTILE = 0.576
-# A stretch is noisy when its level is above LEAST spacings; the same everywhere in it, the upper quartile of the misfits at
-# most SPREAD times the lower (1.5 for noise, 2.3 and more for shape); and the same at twice the area, up to GROWTH
-# (1.0 to 1.2 for noise, 1.4 at creases, 3 and more where the surface is smooth).
-LEAST, SPREAD, GROWTH = 0.05, 2.5, 1.3
+# The lower quartile of chi^2 over its degrees of freedom, for the 12 - 6 and the 25 - 6 of the two smallest fits. The
+# quartile, and not the median, so that up to three quarters of a stretch may lie on edges.
+QUARTILES = 0.576, 0.766
+# A stretch is noisy when its level is above LEAST spacings; the same in half of it, the median of the misfits at most
+# SPREAD times the quartile (1.25 for noise, 1.6 and more for shape); and the same at twice the area, up to GROWTH (0.9 to 1.3
+# for noise, 1.6 at creases, 2 and more where the surface is smooth).
+LEAST, SPREAD, GROWTH = 0.05, 1.5, 1.5
+# And no stretch is noisy that is layered. Kurtosis of the distances from fits to some 50 samples: noise has 3, no distribution
+# with one peak, and symmetric, less than 1.8, two sheets 1; and the fits, which every sample pulls by a twelfth, leave
+# (11/12)^2 of what is missing to 3. This is halfway between what they make of the latter two, 2.0 and 1.3.
+LAYERED, LAYERS_SQ = 1.65, 4 * NEAR_SQ
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -106,6 +110,8 @@ def scatter(points: ArrayLike | Neighborhood, *, threads: int | None = None) -> 
     Quadrics through some 12 and some 25 samples around each of at most 4,096. Their misfit, by degrees of freedom, is the
     variance of the noise whatever the scale, where the surface is smooth; the misfit of a shape that no quadric has grows with the scale: as
     the third power of the radius where it is smooth, in proportion at a crease. And noise is everywhere, shape here and there.
+    Two clean sheets closer than the neighbourhoods are wide look like it, but that nothing lies between them: noise is densest in
+    the middle. (Distributions with one peak, symmetric, are mixtures of uniform ones, Khinchine 1938; so their kurtosis is 1.8 or more.)
 
     Examples
     --------
@@ -129,7 +135,7 @@ def level(cloud: Linked, threads: int | None) -> Scatter:
     variance = _fit(cloud, np.zeros(n), rows, 2, (np.empty(n, np.int8), np.empty((n, 9))), threads)
     known = np.asarray(np.isfinite(variance).all(axis=1))
     parts = max(1, len(rows) // STRETCH)
-    sigma, noisy, total = np.zeros(n), 0, 0
+    sigma, even, total = np.zeros(n), [], 0
     bounds = np.linspace(0, len(rows), parts + 1).astype(np.int64)
     for start, stop in zip(bounds[:-1], bounds[1:]):
         here = slice(int(rows[start]), n if stop == len(rows) else int(rows[stop]))
@@ -137,13 +143,26 @@ def level(cloud: Linked, threads: int | None) -> Scatter:
         values = variance[start:stop][known[start:stop]]
         if len(values) < STRETCH // 32:
             continue
-        low, middle, high = np.quantile(values[:, 0], [0.25, 0.5, 0.75])
-        sigma[here] = np.sqrt(low / QUARTILE)
-        even = high <= SPREAD**2 * low and np.median(values[:, 1]) <= GROWTH**2 * middle
-        if even and sigma[here.start] > LEAST * np.median(cloud.spacing[here]):
-            noisy += here.stop - here.start
+        (low, middle), wide = np.quantile(values[:, 0], [0.25, 0.5]), np.quantile(values[:, 1], 0.25)
+        sigma[here], wider = np.sqrt(low / QUARTILES[0]), np.sqrt(wide / QUARTILES[1])
+        steady = middle <= SPREAD**2 * low and wider <= GROWTH * sigma[here.start]
+        if steady and sigma[here.start] > LEAST * np.median(cloud.spacing[here]):
+            even.append((rows[start:stop], here.stop - here.start))
+    layered = _layered(cloud, [asked for asked, _ in even], threads)
+    noisy = sum(size for (_, size), sheets in zip(even, layered) if not sheets)
     relative = np.divide(sigma, cloud.spacing, out=np.zeros(n), where=cloud.spacing > 0)
     return Scatter(sigma, float(np.median(relative)), noisy / total)
+
+
+def _layered(cloud: Linked, parts: list[NDArray[np.int64]], threads: int | None) -> list[bool]:
+    """Do the samples of each part lie on either side of what is fitted to them, rather than on it?"""
+    if not parts:
+        return []
+    n = len(cloud.points)
+    chosen, frame = np.full(n, -1, np.int8), np.empty((n, 9))
+    _fit(cloud, np.zeros(n), np.concatenate(parts), 1, (chosen, frame), threads, np.full(n, np.inf), LAYERS_SQ)
+    off_sq = [frame[asked[chosen[asked] >= 0], 3] ** 2 for asked in parts]
+    return [bool(len(square) * (square**2).sum() < LAYERED * square.sum() ** 2) for square in off_sq]
 
 
 def onto_surface(cloud: Linked, sigma: NDArray[np.float64], threads: int | None) -> NDArray[np.float64]:
