@@ -26,9 +26,10 @@ def labelled(seed: int, n: int = 60):
     points, spacing = cloud(seed, n)
     weights = spacing**2
     triangulation = recon.regular_triangulation(points, weights)
-    cells, m = triangulation.cells, len(triangulation.cells)
+    m = len(triangulation.cells)
     nodes, links = np.empty((2, m + np.count_nonzero(triangulation.neighbors < 0), 4), np.int32)
-    sides.close_hull(cells, triangulation.neighbors, np.arange(n, dtype=np.int32), nodes, links)
+    sides.close_hull(triangulation.cells, triangulation.neighbors, np.arange(n, dtype=np.int32), nodes, links)
+    cells = nodes[:m]
     centers, rho, depth = np.empty((m, 3)), np.empty(m), np.empty(m, np.float32)
     gate, leak = np.empty((m, 4), np.float32), np.empty((m, 4), bool)
     for part in (0, m // 3), (m // 3, m):  # as on two threads
@@ -67,9 +68,18 @@ def test_nodes_are_linked_across_the_facet_they_share(seed):
 
 
 @pytest.mark.parametrize("seed", range(5))
+def test_nodes_are_the_cells_by_their_lowest_vertices_and_a_ghost_for_each_hull_facet(seed):
+    triangulation, nodes = labelled(seed)[3:5]
+    m, n = len(triangulation.cells), len(triangulation.points)
+    assert sorted(map(tuple, nodes[:m])) == sorted(map(tuple, triangulation.cells))
+    assert (np.diff(nodes[:m].min(axis=1)) >= 0).all()
+    assert (nodes[:m] < n).all() and ((nodes[m:] == n).sum(axis=1) == 1).all()
+
+
+@pytest.mark.parametrize("seed", range(5))
 def test_orthocentres_have_one_power_distance_from_all_corners(seed):
-    points, weights, spacing, triangulation, *_, centers, rho, depth, _, _, _, _, _, _ = labelled(seed)
-    for c, cell in enumerate(triangulation.cells):
+    points, weights, spacing, _, nodes, _, centers, rho, depth, *_ = labelled(seed)
+    for c, cell in enumerate(nodes[: len(rho)]):
         power = ((points[cell] - centers[c]) ** 2).sum(axis=1) - weights[cell]
         scale = max(abs(rho[c]), 1.0)
         np.testing.assert_allclose(power, rho[c], atol=1e-9 * scale)
@@ -79,12 +89,12 @@ def test_orthocentres_have_one_power_distance_from_all_corners(seed):
 
 @pytest.mark.parametrize("seed", range(3))
 def test_leaks_are_the_facets_that_enter_above_zero(seed):
-    triangulation, *_ = labelled(seed)[3:]
+    triangulation, nodes = labelled(seed)[3:5]
     leak = labelled(seed)[10]
     complex_ = recon.alpha_complex(triangulation)
     entry = np.where(complex_.attached(2), complex_.mu_lower(2), complex_.rho(2))
     enters = {tuple(facet): value for facet, value in zip(complex_.simplices(2), entry)}
-    for c, cell in enumerate(triangulation.cells):
+    for c, cell in enumerate(nodes[: len(leak)]):
         for k in range(4):
             assert leak[c, k] == (enters[tuple(sorted(np.delete(cell, k)))] > 0)
 

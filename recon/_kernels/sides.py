@@ -15,15 +15,30 @@ _BLOCK = 128  # facets at a time
 
 @kernel
 def close_hull(cells, neighbors, rank, nodes, links):
-    """Fill in nodes (N, 4), vertices by rank (n,), and links (N, 4): the m cells, then a ghost for each facet of the hull."""
+    """Fill in nodes (N, 4), vertices by rank (n,), and links (N, 4): the m cells, then a ghost for each facet of the hull.
+
+    Cells come in the order of their lowest ranks, so that neighbours lie close together.
+    """
     m, n, g = len(cells), len(rank), len(cells)
+    lowest, place, first = np.empty(m, np.int32), np.empty(m, np.int32), np.zeros(n + 1, np.int32)
+    for c in range(m):
+        lowest[c] = min(min(rank[cells[c, 0]], rank[cells[c, 1]]), min(rank[cells[c, 2]], rank[cells[c, 3]]))
+        first[lowest[c] + 1] += 1
+    for v in range(n):
+        first[v + 1] += first[v]
+    for c in range(m):
+        place[c] = first[lowest[c]]
+        first[lowest[c]] += 1
     for c in range(m):
         for k in range(4):
-            nodes[c, k], links[c, k] = rank[cells[c, k]], neighbors[c, k]
-            if neighbors[c, k] < 0:
+            nodes[place[c], k] = rank[cells[c, k]]
+            links[place[c], k] = place[neighbors[c, k]] if neighbors[c, k] >= 0 else -1
+    for c in range(m):
+        for k in range(4):
+            if links[c, k] < 0:
                 links[c, k] = g
                 for j in range(4):
-                    nodes[g, j] = rank[cells[c, j]]
+                    nodes[g, j] = nodes[c, j]
                 nodes[g, k], links[g, k] = n, c
                 g += 1
     for g in range(m, len(nodes)):
