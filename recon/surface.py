@@ -9,7 +9,6 @@ search gives every sample exactly one umbrella of facets.
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
@@ -19,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from .contracts import DegenerateInput, InvalidInput, as_points
 from .mesh import Mesh
 from .regular import OUTWARD, RegularTriangulation
-from .threads import over_ranges, workers
+from .threads import over_ranges, together
 from .topology import agreeing, patches, topology
 
 if TYPE_CHECKING:
@@ -120,7 +119,7 @@ def label_surface(
         return evidence.open("asked for", 1.0)
     if kind == "closed":
         return evidence.closed("asked for", 1.0)[0]
-    share = evidence.share_on_voids(threads)
+    share = evidence.share_on_voids()
     if share <= SHARE:
         return evidence.open(f"only {share:.1%} of the samples lie on voids that stand", _certainty(share))
     found, walled = evidence.closed(f"{share:.1%} of the samples lie on voids that stand", 1.0)
@@ -258,41 +257,29 @@ class _Evidence:
         self.gate, self.leak = np.empty((m, 4), np.float32), np.empty((m, 4), np.bool_)
         ground = *cloud, self.nodes, self.links, rho
         over_ranges(lambda *part: sides.facet_sizes(*ground, *part, self.gate, self.leak), m, threads)
-        self.pole, self.anti, self.trust, self.normals = sides.poles(
-            self.points, self.nodes, self.links, centers, rho, depth, m
+        found, self.facets = together(
+            threads,
+            lambda: sides.poles(self.points, self.nodes, self.links, centers, rho, depth, m),
+            lambda: sides.facet_evidence(self.links, self.gate, m),  # widest gate first, and their gates
         )
-        self.depth = depth
-        self._facets: tuple[NDArray[np.int32], NDArray[np.float32]] | None = None
+        self.pole, self.anti, self.trust, self.normals = found
+        self.depth, self.threads = depth, threads
         self._closed: tuple[NDArray[np.int8], int] | None = None
         self.centers = centers
 
-    def share_on_voids(self, threads: int | None) -> float:
+    def share_on_voids(self) -> float:
         """Share of the vertices that have nodes inside and outside of the voids that stand.
 
-        On a second thread, if there is one, the closed sides are found meanwhile: most clouds are closed.
+        The closed sides are found meanwhile: most clouds are closed.
         """
         from ._kernels.sides import voids
 
-        ground = self.links, self.depth, len(self.cells), *self.facets(), DEEPER, LEAK, SURE
-        if workers(threads) == 1:
-            inside = voids(*ground)
-        else:
-            with ThreadPoolExecutor(1) as pool:
-                sides = pool.submit(self._forest)
-                inside = voids(*ground)
-                self._closed = sides.result()
+        ground = self.links, self.depth, len(self.cells), *self.facets, DEEPER, LEAK, SURE
+        inside, self._closed = together(self.threads, lambda: voids(*ground), self._forest)
         seen = np.zeros((len(self.points) + 1, 2), bool)
         seen[self.nodes, inside.astype(np.int8)[:, None]] = True
         vertices = seen[:-1].any(axis=1)
         return float(seen[:-1].all(axis=1).sum() / vertices.sum())
-
-    def facets(self) -> tuple[NDArray[np.int32], NDArray[np.float32]]:
-        """All facets, widest gate first, and their gates."""
-        from ._kernels.sides import facet_evidence
-
-        if self._facets is None:
-            self._facets = facet_evidence(self.links, self.gate, len(self.cells))
-        return self._facets
 
     def closed_sides(self) -> tuple[NDArray[np.int8], int]:
         """Side of every node, 0 outside; and the samples passed over."""
@@ -301,7 +288,7 @@ class _Evidence:
     def _forest(self) -> tuple[NDArray[np.int8], int]:
         from ._kernels.sides import signed_forest
 
-        facets, keys = self.facets()
+        facets, keys = self.facets
         same = np.zeros(len(facets), np.uint8)
         poles = self.pole, self.anti, self.trust
         return signed_forest(self.links, len(self.cells), facets, keys, same, *poles, True)
@@ -325,7 +312,8 @@ class _Evidence:
         from ._kernels.repair import repair
 
         walls = self.nodes, self.links, self.gate
-        return repair(self.points, self.spacing, *walls, sides, self.pole, self.anti, np.float32(widest), ROUNDS)[0]
+        poles = self.pole, self.anti
+        return repair(self.points, self.spacing, *walls, sides, *poles, np.float32(widest), ROUNDS, self.threads)[0]
 
     def between(self, sides: NDArray[np.int8]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Cell and corner of every facet between the sides, seen from side 1 where it is a cell."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from .contracts import as_whole
 
@@ -29,3 +29,11 @@ def over_ranges(work: Callable[[int, int], T], n: int, threads: int | None) -> l
         return [work(0, n)]
     with ThreadPoolExecutor(parts) as pool:
         return list(pool.map(work, bounds[:-1], bounds[1:]))
+
+
+def together(threads: int | None, *works: Callable[[], Any]) -> list[Any]:
+    """Call several functions at the same time, if there is more than one thread; results in their order."""
+    if workers(threads) == 1:
+        return [work() for work in works]
+    with ThreadPoolExecutor(len(works)) as pool:
+        return [running.result() for running in [pool.submit(work) for work in works]]

@@ -27,7 +27,7 @@ def flood(links, component, x, old, new, queue):
 
 @kernel
 def number_components(links, sides, component, size, queue):
-    """Number the components of nodes of one side from 0; returns how many."""
+    """Number the components of nodes of one side from 0, (N,), and count their nodes, (N + 1,); returns how many."""
     N = len(links)
     for x in range(N):
         component[x] = -2 - sides[x]

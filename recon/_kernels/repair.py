@@ -12,9 +12,10 @@ import heapq
 
 import numpy as np
 
+from ..threads import together
 from .compile import kernel
 from .components import cut_off, flood, number_components
-from .umbrellas import excesses, star_lists, umbrellas
+from .umbrellas import excesses, rooms, star_lists, umbrellas
 
 BURIED = 1.0
 PINCH = 1.0
@@ -237,39 +238,44 @@ def move(ground, scratch, widest, sides, work, seed, reach, hopeless, order):
     return best
 
 
-@kernel
-def repair(points, spacing, nodes, links, gate, sides, pole, anti, widest, rounds):
+def repair(points, spacing, nodes, links, gate, sides, pole, anti, widest, rounds, threads=1):
     """Improve `sides` in place; returns `excess` (n,) of every sample (0: one umbrella, -1: buried, more: pinched) and the moves.
 
     `widest`: where facets of wider gates are none (an open surface) only pinched and buried samples are mended: there is
     no telling a handle or an island from what walls of such facets cut up.
     """
-    n, m, N = len(points), len(gate), len(nodes)
-    starts, star = star_lists(nodes, n)
-    longest = 4
-    for v in range(n):
-        longest = max(longest, starts[v + 1] - starts[v])
-    ground = points, spacing, nodes, links, gate, starts, star
-    scratch = (
-        np.full(n + 1, -1, np.int32),
-        np.empty(6 * longest, np.int32),
-        np.empty(6 * longest, np.int32),
-        np.empty(6 * longest, np.int32),
+    n, N = len(points), len(nodes)
+    component, size, queue = np.empty(N, np.int32), np.empty(N + 1, np.int64), np.empty(N, np.int32)
+
+    def umbrellas_of_all():
+        starts, star = star_lists(nodes, n)
+        return starts, star, excesses(nodes, links, gate, starts, widest, sides)
+
+    (starts, star, excess), count = together(
+        threads, umbrellas_of_all, lambda: number_components(links, sides, component, size, queue)
     )
+    ground = points, spacing, nodes, links, gate, starts, star
+    moves, count = search(ground, sides, pole, anti, widest, rounds, excess, component, size, queue, count)
+    if widest == np.inf and absorb(nodes, links, gate, len(gate), sides, component, size, count):
+        excess = excesses(nodes, links, gate, starts, widest, sides)
+    return excess, moves
+
+
+@kernel
+def search(ground, sides, pole, anti, widest, rounds, excess, component, size, queue, count):
+    """Move by move, round by round; returns the number of moves, and of components ever numbered."""
+    _, _, nodes, links, gate, starts, star = ground
+    n, m, N = len(starts) - 1, len(gate), len(nodes)
+    scratch = rooms(starts)
     sealed = widest == np.inf
-    component = np.empty(N, np.int32)
-    size = np.empty(N + 1, np.int64)
-    queue = np.empty(N, np.int32)
-    excess = np.zeros(n, np.int32)
     stirred = np.zeros(n, np.int64)  # clock of the last accepted move next to a sample,
     tried = np.full(n, -1, np.int64)  # and of the last attempt to mend it,
     tried_from = np.full(N, -1, np.int64)  # or to cut a handle or reach an island from a node
     state = np.zeros(3, np.int64)
+    state[1] = count
     chain, mark = np.empty(REACH_BURIED, np.int64), np.zeros(N, np.int64)
     after, label, seen = np.empty(N, np.int32), np.empty(N, np.int32), np.zeros(N, np.int64)
     work = state, excess, stirred, component, size, chain, mark, queue, after, label, seen
-    excesses(ground, scratch, widest, sides, excess)
-    state[1] = number_components(links, sides, component, size, queue)
     for _ in range(rounds):
         if state[1] > N // 2:  # numbers of components that are no more
             state[1] = number_components(links, sides, component, size, queue)
@@ -349,9 +355,7 @@ def repair(points, spacing, nodes, links, gate, sides, pole, anti, widest, round
                 )
         if gained > -1e-9:
             break
-    if sealed and absorb(nodes, links, gate, m, sides, component, size, np.int64(state[1])):
-        excesses(ground, scratch, widest, sides, excess)
-    return excess, state[2]
+    return state[2], state[1]
 
 
 @kernel

@@ -28,6 +28,16 @@ def star_lists(nodes, n):
     return starts, star
 
 
+@kernel
+def rooms(starts):
+    """Room for the link graph of one sample: number of every sample, -1; corner, parent and degree by number."""
+    n, longest = len(starts) - 1, 4
+    for v in range(n):
+        longest = max(longest, starts[v + 1] - starts[v])
+    size = 6 * longest
+    return np.full(n + 1, -1, np.int32), np.empty(size, np.int32), np.empty(size, np.int32), np.empty(size, np.int32)
+
+
 @kernel(inline="always")
 def _join(number, corner, parent, degree, count, one, two):
     """Put an edge into the link graph of a sample; its vertices so far."""
@@ -87,11 +97,11 @@ def umbrellas(ground, scratch, widest, sides, v):
 
 
 @kernel
-def excesses(ground, scratch, widest, sides, excess):
-    """`umbrellas` of every sample into `excess` (n,), from a list of the facets of the surface."""
-    _, _, nodes, links, gate, starts, _ = ground
-    number, corner, parent, degree = scratch
-    n, m = len(excess), len(gate)
+def excesses(nodes, links, gate, starts, widest, sides):
+    """`umbrellas` of every sample (n,), 0 of those in no cell: from a list of the facets of the surface."""
+    n, m = len(starts) - 1, len(gate)
+    number, corner, parent, degree = rooms(starts)
+    excess = np.zeros(n, np.int32)
     place = np.zeros(n + 2, np.int64)
     pairs = np.empty((0, 2), np.int32)
     for turn in range(2):
@@ -120,3 +130,4 @@ def excesses(ground, scratch, widest, sides, excess):
             for i in range(place[v], place[v + 1]):
                 count = _join(number, corner, parent, degree, count, pairs[i, 0], pairs[i, 1])
             excess[v] = _excess(number, corner, parent, degree, count)
+    return excess
