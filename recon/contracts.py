@@ -155,6 +155,12 @@ def as_flag(value: Any, name: str, wanted: str = "True or False") -> bool:
     raise InvalidInput(f"{name}: expected {wanted}, got {shown(value)}")
 
 
+def check_kind(value: Any, name: str, kind: type | tuple[type, ...], wanted: str) -> None:
+    """Raise InvalidInput for what is of another kind."""
+    if not isinstance(value, kind):
+        raise InvalidInput(f"{name}: expected {wanted}, got {shown(value)}")
+
+
 def shown(value: Any) -> str:
     """Give a value as a message shows it: in one line, and not longer than that."""
     return " ".join(reprlib.repr(value).split())

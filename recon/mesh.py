@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .contracts import InvalidInput, as_points, shown
+from .contracts import InvalidInput, as_points, check_kind
 
 if TYPE_CHECKING:
     import meshio  # type: ignore[import-untyped]
@@ -89,8 +89,7 @@ class Mesh:
         source = np.arange(len(points)) if vertex_source is None else np.asarray(vertex_source)
         if source.shape != (len(points),):
             raise InvalidInput(f"vertex_source: expected shape ({len(points)},), got {source.shape}")
-        if attributes is not None and not isinstance(attributes, Mapping):
-            raise InvalidInput(f"attributes: expected names and arrays in a dict, got {shown(attributes)}")
+        check_kind(attributes, "attributes", (Mapping, type(None)), "names and arrays in a dict")
         kept = {key: np.array(value) for key, value in (attributes or {}).items()}
         for key, value in kept.items():
             if value.shape[:1] != (len(points),):

@@ -12,7 +12,17 @@ from numpy.typing import ArrayLike, NDArray
 
 import weighting
 
-from .contracts import MAX_WEIGHT, DegenerateInput, InvalidInput, as_flag, as_number, as_points, as_weights, shown
+from .contracts import (
+    MAX_WEIGHT,
+    DegenerateInput,
+    InvalidInput,
+    as_flag,
+    as_number,
+    as_points,
+    as_weights,
+    check_kind,
+    shown,
+)
 from .mesh import Mesh
 from .postprocess import remove_islands, split_pinches
 from .regular import RegularTriangulation, regular_triangulation
@@ -208,8 +218,7 @@ def _weigh(weights: Any, hood: weighting.Neighborhood, spacing: NDArray[np.float
 
 def _as_attributes(attributes: Mapping[str, ArrayLike] | None, n: int) -> dict[str, NDArray]:
     """One row a point."""
-    if attributes is not None and not isinstance(attributes, Mapping):
-        raise InvalidInput(f"attributes: expected names and arrays in a dict, got {shown(attributes)}")
+    check_kind(attributes, "attributes", (Mapping, type(None)), "names and arrays in a dict")
     carried = {name: np.asarray(value) for name, value in (attributes or {}).items()}
     for name, value in carried.items():
         if value.shape[:1] != (n,):

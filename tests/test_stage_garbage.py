@@ -222,3 +222,33 @@ def test_numbers_of_numpys_are_numbers(pcd, mesh_set):
             pcd, threads=value, clean=np.bool_(False), denoise=np.bool_(False)
         )
         assert len(open3d_slider.alpha_shapes(pcd, steps=value).alphas) >= 2
+
+
+@pytest.mark.parametrize(
+    "parameter", ["points", "weights", "mesh", "reference", "alpha", "attributes", "title", "note"]
+)
+def test_the_view_page_refuses_garbage(points, parameter):
+    from recon.page import view_page
+
+    values = [value for value in GARBAGE.values() if value is not None]
+    assert_refused_in_a_line(lambda value: view_page(**{"points": points[:20], parameter: value}), *values)
+
+
+@pytest.mark.parametrize("parameter", ["result", "points", "title", "options", "reference", "progress"])
+def test_the_report_page_refuses_garbage(points, parameter):
+    from recon.page import report_page
+
+    result = recon.reconstruct(points)
+    values = [v for k, v in GARBAGE.items() if k not in ("none", "dict", "infinite", "type")]
+    assert_refused_in_a_line(
+        lambda value: report_page(**{"result": result, "points": points, parameter: value}), *values
+    )
+
+
+def test_colours_that_do_not_fit_the_points_are_refused_and_others_of_that_name_are_left(points):
+    from recon.page import view_page
+
+    with pytest.raises(recon.InvalidInput, match="'colors': expected 60 rows"):
+        view_page(points, attributes={"colors": np.ones((59, 3))})
+    assert "own colours" in view_page(points, attributes={"colors": [[1, 2, 3]] * 60})
+    assert "own colours" not in view_page(points, attributes={"colors": np.array([["a"] * 3] * 60)})

@@ -97,7 +97,7 @@ def shared(*names: str) -> Callable[[Callable], Callable]:
         "json": click.option("--json", "as_json", is_flag=True, help="Print JSON instead of text."),
         "quiet": click.option("-q", "--quiet", is_flag=True, help="No progress and no remarks, only errors and what was asked for."),
         "threads": click.option(
-            "--threads", type=click.IntRange(min=1), metavar="N", help="Threads to use; the result does not depend on it."
+            "--threads", type=click.IntRange(1, 1024), metavar="N", help="Threads to use; the result does not depend on it."
         ),
         "from": click.option(
             "--from", "source_format", metavar="FORMAT", shell_complete=_formats,

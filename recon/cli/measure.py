@@ -20,7 +20,7 @@ from .front import PATH, print_table, shared, surface_names
 @click.option("--points", metavar="FILE", type=PATH, help="The input points: for the share of them that the mesh uses.")
 @click.option(
     "--samples",
-    type=click.IntRange(min=1),
+    type=click.IntRange(1, 10**9),
     default=100_000,
     show_default=True,
     help="Points taken on the mesh and on the reference.",

@@ -16,7 +16,7 @@ from .front import PATH, complain, print_table, shared, surface_names
 @click.argument("surface", required=False, shell_complete=surface_names)
 @click.argument("out", required=False, type=PATH)
 @click.option(
-    "-n", "count", type=click.IntRange(min=1), default=10_000, show_default=True, help="Points, outliers included."
+    "-n", "count", type=click.IntRange(1, 10**9), default=10_000, show_default=True, help="Points, outliers included."
 )
 @click.option(
     "--density",

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import pipeline
-from ..contracts import DegenerateInput, as_points
+from ..contracts import DegenerateInput, InvalidInput, as_points, check_kind
+from ..contracts import shown as short
 from ..mesh import Mesh
 from ..metrics import Metric, measure
 from ..pipeline import Progress, Reconstruction
@@ -62,8 +63,18 @@ def report_page(
     -------
     str
         HTML.
+
+    Raises
+    ------
+    InvalidInput
+        Malformed points, or something of another kind.
     """
-    said = progress or (lambda stage, fraction: None)
+    check_kind(result, "result", Reconstruction, "what recon.reconstruct gives")
+    check_kind(title, "title", str, "text")
+    check_kind(options, "options", (Mapping, type(None)), "names and values in a dict")
+    if not (progress is None or callable(progress)):
+        raise InvalidInput(f"progress: expected a function of stage and fraction, got {short(progress)}")
+    said = progress if progress is not None else lambda stage, fraction: None
     located, mesh, kind = as_points(points, 3), result.mesh, str(result.report["weights"]["kind"])
     truth = located if reference is None else reference
     said("metrics", 0.0)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from ..contracts import InvalidInput
 from ..mesh import Mesh
 
 _SAMPLE = 5000  # points whose neighbours tell how large to draw a point
@@ -148,9 +149,13 @@ class Colour:
 
 def own_colours(attributes: Mapping[str, NDArray], scene: Scene) -> list[Colour]:
     """Give the colours that the cloud carries, if any, in 8 bits."""
-    colors = attributes.get("colors")
-    if colors is None or colors.ndim != 2 or colors.shape[1] < 3:
+    if "colors" not in attributes:
         return []
+    colors = np.asarray(attributes["colors"])
+    if colors.ndim != 2 or colors.shape[1] < 3 or colors.dtype.kind not in "fiu":
+        return []  # something else goes by this name
+    if len(colors) != len(scene.points):
+        raise InvalidInput(f"attribute 'colors': expected {len(scene.points)} rows, got shape {colors.shape}")
     rgb = colors[:, :3]
     if rgb.dtype.kind == "f":
         eight = np.round(255 * np.clip(rgb, 0, 1))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..alpha import alpha_complex
-from ..contracts import InvalidInput, as_points, as_weights
+from ..contracts import InvalidInput, as_number, as_points, as_weights, check_kind
 from ..mesh import Mesh
 from ..proximity import FaceQueries
 from ..references import as_reference
@@ -57,7 +57,7 @@ def view_page(
     Raises
     ------
     InvalidInput
-        Malformed arrays, alpha not finite, more than 3 dimensions, or so many points that no browser would open the page.
+        Malformed arrays, something of another kind, alpha not finite, more than 3 dimensions, or so many points that no browser would open the page.
 
     Examples
     --------
@@ -65,11 +65,16 @@ def view_page(
     >>> "<title>four points</title>" in page, "http-equiv" in page
     (True, True)
     """
+    check_kind(title, "title", str, "text")
+    check_kind(note, "note", (str, type(None)), "text")
+    check_kind(mesh, "mesh", (Mesh, type(None)), "a recon.Mesh")
+    check_kind(attributes, "attributes", (Mapping, type(None)), "names and arrays in a dict")
     located = as_points(points)
     if located.shape[1] > 3:
         raise InvalidInput(f"points: expected up to 3 columns, got {located.shape[1]}")
-    if alpha is not None and not np.isfinite(alpha):
-        raise InvalidInput(f"alpha: expected a finite number [L^2], got {alpha}")
+    start = None if alpha is None else as_number(alpha, "alpha", "a finite number [L^2]")
+    if start is not None and not np.isfinite(start):
+        raise InvalidInput(f"alpha: expected a finite number [L^2], got {start}")
     if len(located) > MOST:
         raise InvalidInput(f"points: a page holds up to {MOST:,} of them, got {len(located):,}; take fewer")
     w = as_weights(weights, len(located))
@@ -82,7 +87,7 @@ def view_page(
         "note": note,
         "dimension": family.dimension,
         "weighted": bool(w.any()),
-        "alpha": float(alpha) if alpha is not None else chosen[0]["alpha"] if chosen else 0.0,
+        "alpha": start if start is not None else chosen[0]["alpha"] if chosen else 0.0,
         "marks": chosen,
     }
     return document(title, viewer(), facts, {**arrays, **family_arrays(family)})
