@@ -240,7 +240,7 @@ class _Evidence:
     """
 
     def __init__(self, triangulation: RegularTriangulation, spacing: NDArray[np.float64], threads: int | None):
-        from ._kernels import sides, spatial_sort  # numba takes a while to load
+        from ._kernels import forest, sides, spatial_sort  # numba takes a while to load
 
         self.order = order = spatial_sort.hilbert_order(triangulation.points)
         rank = np.empty(len(order), np.int32)
@@ -260,7 +260,7 @@ class _Evidence:
         found, self.facets = together(
             threads,
             lambda: sides.poles(self.points, self.nodes, self.links, centers, rho, depth, m),
-            lambda: sides.facet_evidence(self.links, self.gate, m),  # widest gate first, and their gates
+            lambda: forest.facet_evidence(self.links, self.gate, m),  # widest gate first, and their gates
         )
         self.pole, self.anti, self.trust, self.normals = found
         self.depth, self.threads = depth, threads
@@ -272,7 +272,7 @@ class _Evidence:
 
         The closed sides are found meanwhile: most clouds are closed.
         """
-        from ._kernels.sides import voids
+        from ._kernels.forest import voids
 
         ground = self.links, self.depth, len(self.cells), *self.facets, DEEPER, LEAK, SURE
         inside, self._closed = together(self.threads, lambda: voids(*ground), self._forest)
@@ -286,7 +286,7 @@ class _Evidence:
         return self._closed or self._forest()
 
     def _forest(self) -> tuple[NDArray[np.int8], int]:
-        from ._kernels.sides import signed_forest
+        from ._kernels.forest import signed_forest
 
         facets, keys = self.facets
         same = np.zeros(len(facets), np.uint8)
@@ -295,7 +295,7 @@ class _Evidence:
 
     def open_sides(self) -> tuple[NDArray[np.int8], int]:
         """Side of every node as its corners see it; and the facets of a sheet that were passed over."""
-        from ._kernels.sides import signed_forest
+        from ._kernels.forest import signed_forest
         from ._kernels.tangents import axes, heights, sheet_evidence
 
         m = len(self.cells)
@@ -317,7 +317,7 @@ class _Evidence:
 
     def between(self, sides: NDArray[np.int8]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Cell and corner of every facet between the sides, seen from side 1 where it is a cell."""
-        from ._kernels.sides import facets_between
+        from ._kernels.forest import facets_between
 
         facets = facets_between(self.links, sides, len(self.cells))
         return facets >> 2, facets & 3

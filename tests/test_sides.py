@@ -6,7 +6,7 @@ import pytest
 
 import recon
 import weighting
-from recon._kernels import repair, sides
+from recon._kernels import forest, repair, sides
 from recon.topology import topology
 
 OUTWARD = [(1, 2, 3), (0, 3, 2), (0, 1, 3), (0, 2, 1)]
@@ -141,11 +141,11 @@ def forest_twin(links, m, facets, keys, opposite, pole, anti, trust, sealed):
 def test_signed_forest_takes_the_strongest_evidence_first(seed, sealed):
     *_, nodes, links, _, _, _, gate, _, pole, anti, trust, normals = labelled(seed, 40)
     m = len(gate)
-    facets, keys = sides.facet_evidence(links, gate, m)
+    facets, keys = forest.facet_evidence(links, gate, m)
     assert (np.diff(keys) <= 0).all()
     opposite = (np.random.default_rng(seed).random(len(facets)) < 0.3).astype(np.uint8)
     evidence = facets, keys, opposite, pole, anti, trust, sealed
-    got, passed = sides.signed_forest(links, m, *evidence)
+    got, passed = forest.signed_forest(links, m, *evidence)
     expected, expected_passed = forest_twin(links, m, *evidence)
     np.testing.assert_array_equal(got, expected)
     assert passed == expected_passed
@@ -156,7 +156,7 @@ def test_descending_is_a_stable_sort():
     keys[:5] = [0, 1e30, 1e-30, 3e38, 0]
     order, found = np.argsort(-keys.astype(float), kind="stable"), np.arange(len(keys), dtype=np.int32)
     expected = keys[order]
-    sides.descending(keys, found)
+    forest.descending(keys, found)
     np.testing.assert_array_equal(found, order)
     np.testing.assert_array_equal(keys, expected)
 
@@ -203,8 +203,8 @@ def energy(points, spacing, nodes, links, side):
 def test_repair_never_raises_the_energy_and_says_what_is_left(seed):
     points, _, spacing, _, nodes, links, _, _, _, gate, _, pole, anti, trust, normals = labelled(seed, 80)
     m = len(gate)
-    facets, keys = sides.facet_evidence(links, gate, m)
-    side, _ = sides.signed_forest(links, m, facets, keys, np.zeros(len(facets), np.uint8), pole, anti, trust, True)
+    facets, keys = forest.facet_evidence(links, gate, m)
+    side, _ = forest.signed_forest(links, m, facets, keys, np.zeros(len(facets), np.uint8), pole, anti, trust, True)
     rng = np.random.default_rng(seed)
     side[:m] ^= rng.random(m) < 0.1  # damage to mend
     before, _ = energy(points, spacing, nodes, links, side)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from .compile import kernel
-from .sides import descending, each_facet
+from .forest import descending, each_facet
 
 NEAR = 2.5  # neighbours of a sample on its sheet are nearer than this [local spacings]
 FLAT = 0.5  # cells whose centre is closer to the tangent plane are on the side where their other corners see it

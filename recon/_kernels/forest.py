@@ -1,0 +1,187 @@
+"""Which side of the surface each node lies on: evidence weighed by a signed spanning forest, and voids by a plain one.
+
+Nodes and their links, gates and poles are those of `sides`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .compile import kernel
+
+_BLOCK = 128  # facets at a time
+
+
+@kernel
+def descending(keys, values):
+    """Sort non-negative float32 keys, largest first, and int32 values along with them, both stably: a radix sort in place."""
+    n = len(keys)
+    bits, other_bits, other = keys.view(np.uint32), np.empty(n, np.uint32), np.empty(n, np.int32)
+    count = np.zeros((4, 257), np.int64)
+    for i in range(n):
+        for b in range(4):
+            count[b, 256 - ((bits[i] >> np.uint32(8 * b)) & np.uint32(255))] += 1
+    for b in range(4):
+        for digit in range(256):
+            count[b, digit + 1] += count[b, digit]
+        for i in range(n):
+            digit = 255 - ((bits[i] >> np.uint32(8 * b)) & np.uint32(255))
+            at = count[b, digit]
+            count[b, digit] += 1
+            other_bits[at], other[at] = bits[i], values[i]
+        bits, other_bits, values, other = other_bits, bits, other, values
+
+
+@kernel(inline="always")
+def _root(parent, x):
+    """Root of x and the parity on the way there, path halved; `parent` holds 2 * parent + parity."""
+    odd = 0
+    while parent[x] >> 1 != x:
+        up = parent[x] >> 1
+        top = parent[up]
+        parent[x] = top ^ (parent[x] & 1) if top >> 1 != up else parent[x]
+        odd ^= parent[x] & 1
+        x = parent[x] >> 1
+    return x, odd
+
+
+@kernel
+def each_facet(links, m):
+    """All facets once, as 4 * node + corner."""
+    count = 0
+    for c in range(m):
+        for k in range(4):
+            count += links[c, k] > c
+    facets = np.empty(count, np.int32)
+    count = 0
+    for c in range(m):
+        for k in range(4):
+            if links[c, k] > c:
+                facets[count] = 4 * c + k
+                count += 1
+    return facets
+
+
+@kernel
+def facet_evidence(links, gate, m):
+    """All facets once, as 4 * node + corner, widest gate first, and their gates."""
+    facets = each_facet(links, m)
+    keys = np.empty(len(facets), np.float32)
+    for f in range(len(facets)):
+        keys[f] = gate[facets[f] >> 2, facets[f] & 3]
+    descending(keys, facets)
+    return facets, keys
+
+
+@kernel
+def voids(links, depth, m, facets, keys, ratio, widest, sure):
+    """Which nodes lie in a void that stands (N,): a component that, when its gate opens to a deeper one, is deeper than
+    the gate by `ratio`, the gate no wider than `widest`; or deeper by `sure`, however wide the gate. Infinity is deepest."""
+    N = len(links)
+    parent, deepest = np.empty(N, np.int32), np.zeros(N, np.float32)
+    for x in range(N):
+        parent[x] = min(x, m)
+        if x < m:
+            deepest[x] = depth[x]
+    deepest[m] = np.inf
+    joined = np.full(N, -1, np.int32)
+    stands = np.zeros(N, np.bool_)
+    one, two = np.empty(_BLOCK, np.int64), np.empty(_BLOCK, np.int64)
+    for f in range(len(facets)):
+        if f % _BLOCK == 0:  # ahead of time, all at once: memory answers many questions as fast as one
+            for i in range(f, min(f + _BLOCK, len(facets))):
+                one[i - f], two[i - f] = parent[facets[i] >> 2], parent[links[facets[i] >> 2, facets[i] & 3]]
+        a, b = one[f % _BLOCK], two[f % _BLOCK]
+        while parent[a] != a:
+            parent[a] = parent[parent[a]]
+            a = np.int64(parent[a])
+        while parent[b] != b:
+            parent[b] = parent[parent[b]]
+            b = np.int64(parent[b])
+        if a == b:
+            continue
+        if deepest[a] < deepest[b] or (deepest[a] == deepest[b] and a > b):
+            a, b = b, a
+        parent[b] = a
+        joined[b] = a
+        times = deepest[b] / keys[f] if keys[f] > 0 else np.float32(np.inf)
+        stands[b] = (times >= ratio and keys[f] <= widest) or times >= sure
+    inside = np.zeros(N, np.bool_)
+    for x in range(m):
+        y = np.int64(x)
+        while y >= 0 and not stands[y]:
+            y = joined[y]
+        inside[x] = y >= 0
+    return inside
+
+
+@kernel
+def signed_forest(links, m, facets, keys, opposite, pole, anti, trust, sealed):
+    """Unite nodes across facets (on the same side, or `opposite` ones) and poles of samples (opposite), strongest evidence first.
+
+    Evidence that contradicts stronger evidence is passed over. `sealed`: all ghosts are one outside.
+    Returns sides (N,) int8, 0 where the first ghost is, and how much of the evidence for opposite sides was passed over.
+    """
+    N = len(links)
+    parent = np.empty(N, np.int32)
+    for x in range(N):
+        parent[x] = 2 * x
+    if sealed:
+        for g in range(m + 1, N):
+            parent[g] = 2 * m
+    strength, by_trust = trust.copy(), np.empty(len(trust), np.int32)
+    for v in range(len(trust)):
+        by_trust[v] = v
+    descending(strength, by_trust)
+    count = len(facets)
+    passed = 0
+    one, two = np.empty(_BLOCK, np.int64), np.empty(_BLOCK, np.int64)
+    s = 0
+    for f in range(count + 1):
+        while s < len(by_trust) and (f == count or strength[s] > keys[f]):
+            v = by_trust[s]
+            s += 1
+            if anti[v] < 0:
+                continue
+            a, p = _root(parent, np.int64(pole[v]))
+            b, q = _root(parent, np.int64(anti[v]))
+            if a == b:
+                passed += p == q
+            else:
+                parent[max(a, b)] = 2 * min(a, b) + (1 ^ p ^ q)
+        if f < count:
+            if f % _BLOCK == 0:  # ahead of time, all at once: memory answers many questions as fast as one
+                for i in range(f, min(f + _BLOCK, count)):
+                    one[i - f], two[i - f] = parent[facets[i] >> 2], parent[links[facets[i] >> 2, facets[i] & 3]]
+            a, p = _root(parent, one[f % _BLOCK] >> 1)
+            b, q = _root(parent, two[f % _BLOCK] >> 1)
+            odd = (one[f % _BLOCK] ^ two[f % _BLOCK]) & 1 ^ p ^ q
+            if a != b:
+                parent[max(a, b)] = 2 * min(a, b) + (opposite[f] ^ odd)
+            else:
+                passed += opposite[f] == 1 and odd == 0
+    sides = np.empty(N, np.int8)
+    for x in range(N):
+        sides[x] = _root(parent, np.int64(x))[1]
+    outside = sides[m]
+    for x in range(N):
+        sides[x] ^= outside
+    return sides, passed
+
+
+@kernel
+def facets_between(links, sides, m):
+    """Facets between side 1 and side 0, as 4 * cell + corner, seen from side 1 where it is a cell's."""
+    facets = np.empty(0, np.int64)
+    for turn in range(2):
+        count = 0
+        for c in range(m):
+            for k in range(4):
+                o = links[c, k]
+                if sides[o] != sides[c] and (sides[c] == 1 or o >= m):
+                    if turn == 1:
+                        facets[count] = 4 * np.int64(c) + k
+                    count += 1
+        if turn == 0:
+            facets = np.empty(count, np.int64)
+    return facets
