@@ -66,12 +66,13 @@ def relax(values, index, distance, k, factor, power, backward):
 
 
 @kernel
-def off_surface(points, index, distance, k, out):
-    """Distance of each point and of its neighbours from the neighbours' plane (line, in the plane): rms, over d_k."""
-    n, d = points.shape
-    for i in range(n):
+def off_surface(points, rows, index, distance, k, out):
+    """Distance of some points and of their neighbours from the neighbours' plane (line, in the plane): rms, over d_k."""
+    d = points.shape[1]
+    for row in range(len(rows)):
+        i = rows[row]
         unit = distance[i, k - 1]
-        out[i] = 0.0
+        out[row] = 0.0
         if unit == 0.0:
             continue
         sx = sy = sz = xx = xy = xz = yy = yz = zz = 0.0
@@ -90,4 +91,4 @@ def off_surface(points, index, distance, k, out):
             nx, ny, nz = -math.sin(angle), math.cos(angle), 0.0
         own = (nx * sx + ny * sy + nz * sz) / k
         square = nx * nx * xx + ny * ny * yy + nz * nz * zz + 2.0 * (nx * ny * xy + nx * nz * xz + ny * nz * yz)
-        out[i] = math.sqrt(own * own + max(square, 0.0) / max(k - d, 1))
+        out[row] = math.sqrt(own * own + max(square, 0.0) / max(k - d, 1))

@@ -55,7 +55,7 @@ def fit_scales(
     """
     n = len(points)
     seen = np.full(n, -1, np.int64)
-    queue, distance = np.empty(CROWD, np.int64), np.empty(CROWD)
+    queue, distance, local = np.empty(CROWD, np.int64), np.empty(CROWD), np.zeros((CROWD, 3))
     moment, count = np.empty((levels, MOMENTS)), np.empty(levels)
     factor, half, solution = np.empty((TERMS, TERMS)), np.empty(TERMS), np.empty(TERMS)
     widest = near_sq * 2.0 ** (levels - 1)
@@ -85,6 +85,7 @@ def fit_scales(
                 square = x * x + y * y + z * z
                 if square <= reach and size < CROWD:
                     queue[size], distance[size] = q, square
+                    local[size, 0], local[size, 1], local[size, 2] = x, y, z
                     size += 1
         # plane
         limit = near_sq * 2.0 ** wide[i]
@@ -92,8 +93,7 @@ def fit_scales(
         for j in range(size):
             if distance[j] > limit:
                 continue
-            q = queue[j]
-            x, y, z = (points[q, 0] - px) / unit, (points[q, 1] - py) / unit, (points[q, 2] - pz) / unit
+            x, y, z = local[j, 0], local[j, 1], local[j, 2]
             total += 1.0
             sx, sy, sz = sx + x, sy + y, sz + z
             xx, xy, xz, yy, yz, zz = xx + x * x, xy + x * y, xz + x * z, yy + y * y, yz + y * z, zz + z * z
@@ -112,8 +112,7 @@ def fit_scales(
             for a in range(MOMENTS):
                 moment[level, a] = 0.0
         for j in range(size):
-            q = queue[j]
-            x, y, z = (points[q, 0] - px) / unit, (points[q, 1] - py) / unit, (points[q, 2] - pz) / unit
+            x, y, z = local[j, 0], local[j, 1], local[j, 2]
             u, v, h = x * ux + y * uy + z * uz, x * vx + y * vy + z * vz, x * nx + y * ny + z * nz
             uu, uv, vv = u * u, u * v, v * v
             level, limit = 0, near_sq

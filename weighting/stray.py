@@ -123,7 +123,7 @@ def certain_outliers(points: ArrayLike | Neighborhood, *, threads: int | None = 
 def _isolation(
     hood: Neighborhood, excess: float, slope: float
 ) -> tuple[NDArray[np.bool_], NDArray[np.float64], NDArray[np.float64]]:
-    """Which distinct points are lonely; spacing over the expected one where they are off their neighbours' plane, else 0; and that."""
+    """Which distinct points are lonely; spacing over the expected one, 0 where that is an excess but they lie in their neighbours' plane; and that."""
     m, d = hood.points.shape
     if d not in (2, 3):
         raise InvalidInput(f"points: outliers need d = 2 or 3, got {d}")
@@ -134,10 +134,12 @@ def _isolation(
     if k == 0:
         return np.zeros(m, bool), np.zeros(m), own
     expected = lowered(hood, own.copy(), slope, k, power=1)
-    off = np.empty(m)
-    off_surface(hood.points, hood.index, hood.distance, k, off)
     logs = np.log(np.maximum(own, np.finfo(float).tiny))
     around = (smooth(logs, hood.index, k) * (k + 1) - logs) / k
     lonely = logs - around > np.log(excess)
-    ratio = np.divide(own, expected, out=np.zeros(m), where=(off > OFF) & (expected > 0))
+    ratio = np.divide(own, expected, out=np.zeros(m), where=expected > 0)
+    sparse = np.flatnonzero(ratio > excess)
+    off = np.empty(len(sparse))
+    off_surface(hood.points, sparse, hood.index, hood.distance, k, off)
+    ratio[sparse[off <= OFF]] = 0.0
     return lonely, ratio, expected
