@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .compile import kernel
+from .union import root
 
 
 @kernel
@@ -47,13 +48,7 @@ def components(n, a, b):
     """Number of connected components of n nodes under links a - b, and the label of each node (n,), in order of first nodes."""
     parent = np.arange(n)
     for i in range(len(a)):
-        x, y = a[i], b[i]
-        while parent[x] != x:
-            parent[x] = parent[parent[x]]
-            x = parent[x]
-        while parent[y] != y:
-            parent[y] = parent[parent[y]]
-            y = parent[y]
+        x, y = root(parent, np.int64(a[i])), root(parent, np.int64(b[i]))
         parent[max(x, y)] = min(x, y)
     label = np.empty(n, np.int32)
     count = 0

@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from .compile import kernel
+from .union import root
 
 _BLOCK = 128  # facets at a time
 
@@ -91,13 +92,7 @@ def voids(links, depth, m, facets, keys, ratio, widest, sure):
         if f % _BLOCK == 0:  # ahead of time, all at once: memory answers many questions as fast as one
             for i in range(f, min(f + _BLOCK, len(facets))):
                 one[i - f], two[i - f] = parent[facets[i] >> 2], parent[links[facets[i] >> 2, facets[i] & 3]]
-        a, b = one[f % _BLOCK], two[f % _BLOCK]
-        while parent[a] != a:
-            parent[a] = parent[parent[a]]
-            a = np.int64(parent[a])
-        while parent[b] != b:
-            parent[b] = parent[parent[b]]
-            b = np.int64(parent[b])
+        a, b = root(parent, one[f % _BLOCK]), root(parent, two[f % _BLOCK])
         if a == b:
             continue
         if deepest[a] < deepest[b] or (deepest[a] == deepest[b] and a > b):

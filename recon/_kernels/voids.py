@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from .compile import kernel
+from .union import root
 
 _BUCKETS = 1 << 16
 
@@ -48,13 +49,7 @@ def merge_tree(order, first, second, age, link, into):
         parent[i], eldest[i], weight[i], link[i], into[i] = i, i, 1, -1, -1
     for t in range(len(order)):
         f = order[t]
-        a, b = first[f], second[f]
-        while parent[a] != a:
-            parent[a] = parent[parent[a]]
-            a = parent[a]
-        while parent[b] != b:
-            parent[b] = parent[parent[b]]
-            b = parent[b]
+        a, b = root(parent, np.int64(first[f])), root(parent, np.int64(second[f]))
         if a == b:
             continue
         old, young = eldest[a], eldest[b]
