@@ -73,7 +73,8 @@ def _boundary_alone(family: Family, alpha: float) -> Boundary:
     """Compare the sizes of tetrahedra with alpha, and measure only the few facets that may be singular."""
     cells, neighbors = family.triangulation.cells, family.triangulation.neighbors
     points, exponent, _ = family.scaled
-    bound = math.ldexp(alpha, -2 * exponent)
+    with np.errstate(over="ignore"):  # infinite where the points are that small
+        bound = float(np.ldexp(alpha, -2 * exponent))
     verdict = np.empty(len(cells), np.uint8)
     if math.isinf(alpha):
         verdict[:] = alpha > 0

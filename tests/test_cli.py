@@ -79,7 +79,8 @@ def test_version_and_module_entry():
 
 @pytest.mark.parametrize(
     "args",
-    [(), ("frobnicate",), ("info",), ("info", "--colour"), ("sample", "torus"), ("reconstruct", "a.xyz"), ("check", "x", "--require", "beauty")],
+    [(), ("frobnicate",), ("info",), ("info", "--colour"), ("sample", "torus"), ("reconstruct", "a.xyz"), ("check", "x", "--require", "beauty"),
+     ("info", "x", "--threads", 10**22), ("sample", "torus", "-", "-n", 10**22), ("measure", "x", "--samples", 10**22)],
 )  # fmt: skip
 def test_usage_errors_end_with_2_and_say_how_to_get_help(args):
     result = run(*args)

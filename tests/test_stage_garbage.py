@@ -252,3 +252,42 @@ def test_colours_that_do_not_fit_the_points_are_refused_and_others_of_that_name_
         view_page(points, attributes={"colors": np.ones((59, 3))})
     assert "own colours" in view_page(points, attributes={"colors": [[1, 2, 3]] * 60})
     assert "own colours" not in view_page(points, attributes={"colors": np.array([["a"] * 3] * 60)})
+
+
+@pytest.mark.parametrize("tensor", [False, True])
+def test_attributes_without_a_row_for_every_point_are_refused(points, tensor):
+    o3d = pytest.importorskip("open3d")
+    from recon.stages import open3d
+
+    cloud = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(points))
+    if tensor:
+        cloud = o3d.t.geometry.PointCloud.from_legacy(cloud)
+        cloud.point["colors"] = o3d.core.Tensor(points[:10])
+    else:
+        cloud.colors = o3d.utility.Vector3dVector(points[:10])
+    for take in (
+        open3d.create_from_point_cloud_weighted_alpha_shape,
+        lambda pcd: open3d.create_from_point_cloud_alpha_shape(pcd, 1.0),
+    ):
+        with pytest.raises(recon.InvalidInput, match="'colors': expected 60 rows, got shape"):
+            take(cloud)
+
+
+@pytest.mark.parametrize("rows", [[0.5, 1, 2], [math.nan, 1, 2], ["a", "b", "c"], [math.inf, 0, 0]])
+def test_input_rows_that_are_no_rows_are_refused(rows):
+    meshio = pytest.importorskip("meshio")
+    theirs = meshio.Mesh(np.eye(3), [("triangle", [[0, 1, 2]])], point_data={"vertex_source": np.array(rows)})
+    with pytest.raises(recon.InvalidInput, match="'vertex_source': expected row numbers"):
+        recon.Mesh.from_meshio(theirs)
+
+
+def test_a_path_that_cannot_be_one_is_refused():
+    from recon.stages.mlx import FilterScript
+
+    with pytest.raises(recon.InvalidInput, match="null byte"):
+        FilterScript.read("a\0b")
+
+
+def test_the_alpha_shape_of_a_cloud_of_the_smallest_numbers_is_its_hull(points):
+    faces = recon.alpha_shape(points * 2.0**-1000, 0.5).faces
+    assert np.array_equal(faces, recon.alpha_shape(points, math.inf).faces)

@@ -95,7 +95,7 @@ def from_meshio(mesh: Any) -> Mesh:
         raise InvalidInput(f"mesh: expected triangles, got cells of kind {', '.join(sorted(kinds - {'triangle'}))}")
     faces = [block.data for block in mesh.cells if block.type == "triangle"]
     points = np.asarray(mesh.points)
-    if points.shape[1] == 2:
+    if points.ndim == 2 and points.shape[1] == 2:
         points = np.column_stack([points, np.zeros(len(points))])
     attributes = {name: np.asarray(values) for name, values in mesh.point_data.items()}
     triangles = np.concatenate(faces) if faces else np.zeros((0, 3), np.int32)

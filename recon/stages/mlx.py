@@ -94,13 +94,13 @@ class FilterScript:
         InvalidInput
             Missing, malformed, or wrong as the constructor says.
         """
-        if not isinstance(path, (str, os.PathLike)):  # of a number, Python would open and close the file of that number
+        if not isinstance(path, (str, os.PathLike)):  # of a number, Python would take the file of that number
             raise InvalidInput(f"script: expected a path, got {shown(path)}")
         try:
             root = ElementTree.parse(path).getroot()
         except OSError as error:
             raise InvalidInput(f"{path}: {error.strerror}") from error
-        except ElementTree.ParseError as error:
+        except (ElementTree.ParseError, ValueError) as error:
             raise InvalidInput(f"{path}: not a filter script: {error}") from error
         if root.tag != "FilterScript":
             raise InvalidInput(f"{path}: not a filter script: its root is <{root.tag}>")

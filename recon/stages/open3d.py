@@ -221,18 +221,29 @@ def from_point_cloud(pcd: Any) -> tuple[NDArray[np.float64], dict[str, NDArray]]
     points : (n, 3) ndarray of float64 [L]
     attributes : dict of str to (n, ...) ndarray
         In their own dtype; of a legacy cloud ``"colors"`` and ``"normals"``, where it has them.
+
+    Raises
+    ------
+    InvalidInput
+        No point cloud, or an attribute without a row for every point.
     """
     o3d = require("open3d", "open3d")
     if isinstance(pcd, o3d.geometry.PointCloud):
         held = {"colors": pcd.colors, "normals": pcd.normals}
         attributes = {name: np.array(values) for name, values in held.items() if len(values)}
-        return np.array(pcd.points), attributes
-    if isinstance(pcd, o3d.t.geometry.PointCloud):
+        points = np.array(pcd.points)
+    elif isinstance(pcd, o3d.t.geometry.PointCloud):
         attributes = {name: values.cpu().numpy().copy() for name, values in pcd.point.items()}
         if "positions" not in attributes:
             raise InvalidInput("pcd: an empty point cloud")
-        return attributes.pop("positions").astype(np.float64), attributes
-    raise InvalidInput(f"pcd: expected a PointCloud of open3d.geometry or open3d.t.geometry, got {type(pcd).__name__}")
+        points = attributes.pop("positions").astype(np.float64)
+    else:
+        kinds = "open3d.geometry or open3d.t.geometry"
+        raise InvalidInput(f"pcd: expected a PointCloud of {kinds}, got {type(pcd).__name__}")
+    for name, values in attributes.items():
+        if values.shape[:1] != (len(points),):
+            raise InvalidInput(f"attribute {name!r}: expected {len(points)} rows, got shape {values.shape}")
+    return points, attributes
 
 
 def to_open3d(mesh: Mesh, *, tensor: bool = False) -> Any:
