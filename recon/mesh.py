@@ -87,11 +87,14 @@ class Mesh:
             row = int(np.flatnonzero(((triangles < 0) | (triangles >= len(points))).any(axis=1))[0])
             raise InvalidInput(f"faces: row {row} names a vertex that is not there: {triangles[row]} of {len(points)}")
         source = np.arange(len(points)) if vertex_source is None else np.asarray(vertex_source)
-        if source.shape != (len(points),):
-            raise InvalidInput(f"vertex_source: expected shape ({len(points)},), got {source.shape}")
+        if source.shape != (len(points),) or (source.size and source.dtype.kind not in "iu"):
+            raise InvalidInput(
+                f"vertex_source: expected integers of shape ({len(points)},), got {source.dtype} {source.shape}"
+            )
         check_kind(attributes, "attributes", (Mapping, type(None)), "names and arrays in a dict")
         kept = {key: np.array(value) for key, value in (attributes or {}).items()}
         for key, value in kept.items():
+            check_kind(key, "attributes", str, "text as name")
             if value.shape[:1] != (len(points),):
                 raise InvalidInput(f"attribute {key!r}: expected {len(points)} rows, got shape {value.shape}")
         located = np.array(points)

@@ -185,8 +185,14 @@ def test_arrays_of_a_mesh_refuse_garbage():
         lambda value: recon.Mesh.from_arrays(np.eye(3), value),
         lambda value: recon.Mesh.from_arrays(np.eye(3), [[0, 1, 2]], None, value),
         lambda value: recon.Mesh.from_arrays(np.eye(3), [[0, 1, 2]], None, {"a": value}),
+        lambda value: recon.Mesh.from_arrays(np.eye(3), [[0, 1, 2]], [value] * 3),
     ):
         assert_refused_in_a_line(call)
+
+
+def test_names_of_attributes_are_text():
+    with pytest.raises(recon.InvalidInput, match="attributes: expected text as name, got 3"):
+        recon.Mesh.from_arrays(np.eye(3), [[0, 1, 2]], None, {3: [1, 2, 3]})
 
 
 def test_no_open_file_is_taken_for_a_path(tmp_path):
