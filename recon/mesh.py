@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .contracts import InvalidInput, as_points, check_kind
+from .contracts import InvalidInput, as_points, check_kind, shown
 
 if TYPE_CHECKING:
     import meshio  # type: ignore[import-untyped]
@@ -87,10 +87,10 @@ class Mesh:
             row = int(np.flatnonzero(((triangles < 0) | (triangles >= len(points))).any(axis=1))[0])
             raise InvalidInput(f"faces: row {row} names a vertex that is not there: {triangles[row]} of {len(points)}")
         source = np.arange(len(points)) if vertex_source is None else np.asarray(vertex_source)
-        if source.shape != (len(points),) or (source.size and source.dtype.kind not in "iu"):
-            raise InvalidInput(
-                f"vertex_source: expected integers of shape ({len(points)},), got {source.dtype} {source.shape}"
-            )
+        if source.shape != (len(points),):
+            raise InvalidInput(f"vertex_source: expected shape ({len(points)},), got {source.shape}")
+        if source.dtype.kind not in "iuf" or not ((np.abs(source) < 2**62) & (source == np.trunc(source))).all():
+            raise InvalidInput(f"vertex_source: expected row numbers, got {shown(source)}")
         check_kind(attributes, "attributes", (Mapping, type(None)), "names and arrays in a dict")
         kept = {key: np.array(value) for key, value in (attributes or {}).items()}
         for key, value in kept.items():

@@ -283,7 +283,7 @@ def test_attributes_without_a_row_for_every_point_are_refused(points, tensor):
 def test_input_rows_that_are_no_rows_are_refused(rows):
     meshio = pytest.importorskip("meshio")
     theirs = meshio.Mesh(np.eye(3), [("triangle", [[0, 1, 2]])], point_data={"vertex_source": np.array(rows)})
-    with pytest.raises(recon.InvalidInput, match="'vertex_source': expected row numbers"):
+    with pytest.raises(recon.InvalidInput, match="vertex_source: expected row numbers"):
         recon.Mesh.from_meshio(theirs)
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..contracts import InvalidInput, shown
+from ..contracts import InvalidInput
 from ..mesh import Mesh
 
 
@@ -72,11 +72,7 @@ def others(attributes: Mapping[str, NDArray], *known: str) -> dict[str, NDArray]
     return {name: value for name, value in attributes.items() if name not in known}
 
 
-def split_source(attributes: dict[str, NDArray]) -> NDArray[np.int64] | None:
-    """Take the input rows out of attributes in which they travelled, maybe as floats."""
-    if "vertex_source" not in attributes:
-        return None
-    rows = np.asarray(attributes.pop("vertex_source")).reshape(-1)
-    if rows.dtype.kind not in "iuf" or not (np.isfinite(rows) & (rows == np.trunc(rows))).all():
-        raise InvalidInput(f"attribute 'vertex_source': expected row numbers, got {shown(rows)}")
-    return rows.astype(np.int64)
+def split_source(attributes: dict[str, NDArray]) -> NDArray | None:
+    """Take the input rows out of attributes in which they travelled, maybe as floats and as a column."""
+    source = attributes.pop("vertex_source", None)
+    return None if source is None else np.asarray(source).reshape(-1)

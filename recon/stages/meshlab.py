@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..contracts import InvalidInput, ReconError, StageError, require, shown
 from ..mesh import Mesh
-from .attributes import doubles, others, refuse_other, split_source, unit_colors
+from .attributes import doubles, others, refuse_other, unit_colors
 from .mlx import CLEAN_UP, FILTER, PARAMETERS, FilterScript, filters, percentage, python_name
 
 __all__ = ["CLEAN_UP", "FilterScript", "generate_weighted_alpha_shape", "register", "run_filter_script"]
@@ -232,8 +232,7 @@ def from_pymeshlab(mesh: Any, attributes: tuple[str, ...] = ()) -> Mesh:
         held.pop("normals", None)  # computed from the faces
     custom = {name: _attribute(meshlab, mesh, name) for name in attributes}
     source = _attribute_or_none(meshlab, mesh, "vertex_source")
-    rows = None if source is None else split_source({"vertex_source": source})
-    return Mesh.from_arrays(points, mesh.face_matrix(), rows, held | custom)
+    return Mesh.from_arrays(points, mesh.face_matrix(), source, held | custom)
 
 
 def _refuse_no_mesh_set(meshlab: Any, mesh_set: Any) -> None:
