@@ -30,7 +30,7 @@ from .report import Report
 from .samples import Samples, clean_samples
 from .surface import Surface, compact_mesh, label_surface
 from .threads import workers
-from .topology import topology
+from .topology import Topology, topology
 
 if TYPE_CHECKING:
     import meshio  # type: ignore[import-untyped]
@@ -198,7 +198,8 @@ def reconstruct(
     mesh, islands = remove_islands(mesh) if clean and found.kind != "complex" else (mesh, 0)
 
     clock.start("report")
-    sections = _figures(samples, spacing, w, weights, triangulation, found, mesh, copies, islands)
+    shape = topology(mesh.faces, threads=threads)
+    sections = _figures(samples, spacing, w, weights, triangulation, found, mesh, shape, copies, islands)
     seconds = clock.stop()
     return Reconstruction(
         mesh, w, triangulation, found.kind, found.confidence, Report({**sections, "seconds": seconds})
@@ -261,13 +262,13 @@ def _figures(
     triangulation: RegularTriangulation,
     found: Surface,
     mesh: Mesh,
+    t: Topology,
     copies: int,
     islands: int,
 ) -> dict[str, dict[str, Any]]:
     """All counts of the report but the times."""
     duplicates = samples.duplicates
     kept = len(samples.hood.rows)
-    t = topology(mesh.faces)
     used = np.zeros(len(samples.points), bool)
     used[mesh.vertex_source] = True
     return {

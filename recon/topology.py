@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .contracts import InvalidInput
+from .threads import together
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,12 +65,14 @@ class Topology:
     manifold: bool
 
 
-def topology(faces: ArrayLike) -> Topology:
+def topology(faces: ArrayLike, *, threads: int | None = None) -> Topology:
     """Count what the faces of a mesh are.
 
     Parameters
     ----------
     faces : (f, 3) array_like of int
+    threads : int, optional
+        All by default; two are of use.
 
     Returns
     -------
@@ -101,14 +104,19 @@ def topology(faces: ArrayLike) -> Topology:
     f = len(triangles)
     edges = HalfEdges(triangles, n)
     pairs = edges.pairs()
-    oriented = bool((edges.forward[pairs[0]] != edges.forward[pairs[1]]).all())
-    orientable = oriented or _orientable(f, pairs, edges.forward)
-    umbrella, per_vertex = _umbrellas(triangles, n, edges)
+
+    def of_faces() -> tuple[bool, bool, int, int]:
+        oriented = bool((edges.forward[pairs[0]] != edges.forward[pairs[1]]).all())
+        orientable = oriented or _orientable(f, pairs, edges.forward)
+        return oriented, orientable, _count_components(n, edges.low, edges.high), _duplicates(triangles, n, edges)
+
+    (umbrella, per_vertex), (oriented, orientable, components, duplicates) = together(
+        threads, lambda: _umbrellas(triangles, n, edges), of_faces
+    )
     nonmanifold_edges = int((edges.count > 2).sum())
     nonmanifold_vertices = int((per_vertex > 1).sum())
     closed = f > 0 and not (edges.count % 2).any()
     manifold = nonmanifold_edges == 0 and nonmanifold_vertices == 0
-    components = _count_components(n, edges.low, edges.high)
     euler = n - len(edges.count) + f
     return Topology(
         vertices=n,
@@ -122,7 +130,7 @@ def topology(faces: ArrayLike) -> Topology:
         nonmanifold_edges=nonmanifold_edges,
         nonmanifold_vertices=nonmanifold_vertices,
         degenerate_faces=given - f,
-        duplicate_faces=_duplicates(triangles, n, edges),
+        duplicate_faces=duplicates,
         orientable=orientable,
         oriented=oriented,
         closed=closed,
