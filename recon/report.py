@@ -17,6 +17,7 @@ MEANING = {
     "samples.noise": ("L", "standard deviation of the samples from a smooth surface, median"),
     "samples.noise_in_spacings": ("1", "the same in local spacings"),
     "samples.noisy_share": ("1", "share of the cloud where that is noise, not shape"),
+    "samples.layered_share": ("1", "share of the cloud that looks as noisy, but lies in two sheets a spacing apart"),
     "samples.moved_points": ("count", "samples that were moved"),
     "samples.mean_move": ("L", "how far, in the mean"),
     "samples.greatest_move": ("L", "how far at most"),

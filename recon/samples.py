@@ -82,7 +82,7 @@ def clean_samples(points: NDArray[np.float64], denoise: bool | None, threads: in
     noise = projection.level(cloud, threads)
     figures["noise"] = float(np.median(noise.sigma))
     figures["noise_in_spacings"] = noise.relative
-    figures["noisy_share"] = noise.noisy
+    figures["noisy_share"], figures["layered_share"] = noise.noisy, noise.layered
     if denoise or noise.noisy > NOISY:
         from .postprocess.denoise import moved
 

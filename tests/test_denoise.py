@@ -64,8 +64,8 @@ def test_two_sheets_are_not_noise():
 @pytest.mark.parametrize("apart", [0.7, 1.0, 1.3, 2.0])
 def test_two_sheets_that_share_their_neighbourhoods_are_not_noise(apart):
     for noise in (0.0, 0.1 * apart):
-        points = two_sheets(apart, noise, n=3000)[0]
-        assert weighting.scatter(points).noisy < 0.25
+        found = weighting.scatter(two_sheets(apart, noise, n=3000)[0])
+        assert found.noisy < 0.25 and (found.layered > 0.75 or apart > 1.0)  # fits keep some of those apart
     clean = two_sheets(apart, 0.0, n=3000)[0]
     np.testing.assert_array_equal(clean_samples(clean, None, None).points, clean)
 
@@ -78,7 +78,8 @@ def test_a_thick_sheet_is_noise_whatever_its_distribution(kind):
         "uniform": rng.uniform(-0.8, 0.8, len(points)),
         "triangular": rng.triangular(-1, 0, 1, len(points)),
     }[kind]
-    assert weighting.scatter(points).noisy > 0.75
+    found = weighting.scatter(points)
+    assert found.noisy > 0.75 and found.layered == 0
 
 
 @pytest.mark.parametrize("density", [1.0, 10.0, 50.0])
@@ -230,14 +231,14 @@ def test_sheets_of_a_mesh_do_not_see_each_other():
 # --- in the whole job ----------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("noise", [0.1, 0.3, 0.5])
-def test_noise_up_to_half_the_spacing_leaves_the_topology_right(noise):
+@pytest.mark.parametrize("noise", [0.1, 0.3, 0.5, 1.0])
+def test_noise_up_to_the_spacing_leaves_the_topology_right(noise):
     surface, sample, spacing = cloud("torus", noise, n=6000)
     result = recon.reconstruct(sample.points)
     t = topology(result.mesh.faces)
     assert (t.closed, t.manifold, t.genus) == (True, True, 1)
     told = result.report["samples"]
-    assert told["denoised"] and told["noise_in_spacings"] == pytest.approx(noise, rel=0.2)
+    assert told["denoised"] and (noise > 0.5 or told["noise_in_spacings"] == pytest.approx(noise, rel=0.2))
     moved = np.linalg.norm(result.mesh.vertices - sample.points[result.mesh.vertex_source], axis=1)
     assert 0 < moved.max() <= told["greatest_move"]
     recon.certify(result)

@@ -50,11 +50,14 @@ class Scatter:
         Median of it, in local spacings.
     noisy : float
         Share of the cloud where it is noise, and at least a twentieth of the spacing: not shape finer than the samples show.
+    layered : float
+        Share that would count as noisy, but lies in two sheets, too close together for fits to keep them apart.
     """
 
     sigma: NDArray[np.float64]
     relative: float
     noisy: float
+    layered: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -125,7 +128,7 @@ def scatter(points: ArrayLike | Neighborhood, *, threads: int | None = None) -> 
     """
     hood = neighbors(points, RING, threads=threads)
     found = level(_three_dimensional(hood), threads)
-    return Scatter(found.sigma[hood.inverse], found.relative, found.noisy)
+    return Scatter(found.sigma[hood.inverse], found.relative, found.noisy, found.layered)
 
 
 def level(cloud: Linked, threads: int | None) -> Scatter:
@@ -145,13 +148,13 @@ def level(cloud: Linked, threads: int | None) -> Scatter:
             continue
         (low, middle), wide = np.quantile(values[:, 0], [0.25, 0.5]), np.quantile(values[:, 1], 0.25)
         sigma[here], wider = np.sqrt(low / QUARTILES[0]), np.sqrt(wide / QUARTILES[1])
-        steady = middle <= SPREAD**2 * low and wider <= GROWTH * sigma[here.start]
-        if steady and sigma[here.start] > LEAST * np.median(cloud.spacing[here]):
+        same = middle <= SPREAD**2 * low and wider <= GROWTH * sigma[here.start]
+        if same and sigma[here.start] > LEAST * np.median(cloud.spacing[here]):
             even.append((rows[start:stop], here.stop - here.start))
-    layered = _layered(cloud, [asked for asked, _ in even], threads)
-    noisy = sum(size for (_, size), sheets in zip(even, layered) if not sheets)
+    sheets = _layered(cloud, [asked for asked, _ in even], threads)
+    steady, layered = sum(size for _, size in even), sum(size for (_, size), two in zip(even, sheets) if two)
     relative = np.divide(sigma, cloud.spacing, out=np.zeros(n), where=cloud.spacing > 0)
-    return Scatter(sigma, float(np.median(relative)), noisy / total)
+    return Scatter(sigma, float(np.median(relative)), (steady - layered) / total, layered / total)
 
 
 def _layered(cloud: Linked, parts: list[NDArray[np.int64]], threads: int | None) -> list[bool]:
