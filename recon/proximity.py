@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ._kernels import distance as kernels
 from .boxes import box_tree, morton
+from .contracts import DegenerateInput
 
 _CHUNK = 1 << 14  # queries a task; fixed, so that the number of threads changes nothing
 
@@ -98,7 +99,11 @@ class Frame:
 
     def into(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Coordinates [L] to this frame."""
-        return np.ldexp(points - self._middle, -self._exponent)
+        try:
+            with np.errstate(over="raise"):
+                return np.ldexp(points - self._middle, -self._exponent)
+        except FloatingPointError as error:
+            raise DegenerateInput("what is compared differs in size by more than 300 orders of magnitude") from error
 
     def length(self, lengths: NDArray[np.float64]) -> NDArray[np.float64]:
         """Lengths in this frame to [L]."""

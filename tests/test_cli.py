@@ -275,6 +275,12 @@ def test_measure_against_a_mesh_a_cloud_and_a_surface(tmp_path, tetrahedron):
     assert sphere["bias"] < -1
 
 
+def test_measure_refuses_sizes_that_cannot_be_compared(tmp_path, tetrahedron):
+    (tmp_path / "tiny.xyz").write_text("0 0 0\n1e-320 0 0\n0 1e-320 0\n0 0 1e-320\n")
+    result = run("measure", tetrahedron, tmp_path / "tiny.xyz")
+    assert result.exit_code == 3 and "differs in size" in result.stderr and result.stderr.count("\n") == 1
+
+
 def test_measure_refuses_what_is_not_there(tetrahedron):
     one_line(run("measure", tetrahedron, "truth.ply"), 2, "truth.ply: no such file")
     one_line(run("measure", tetrahedron, "blob"), 2, "no surface 'blob'")
