@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -184,11 +184,15 @@ def reconstruct(
     triangulation = regular_triangulation(located, w)
 
     clock.start("surface")
-    found = (
-        _literal(triangulation)
-        if surface == "complex"
-        else label_surface(triangulation, spacing, surface, threads=threads)
-    )
+    layered = samples.figures["layered_share"]
+    if surface == "complex":
+        found = _literal(triangulation)
+    elif surface == "auto" and layered > 0.5:
+        reason = f"{layered:.0%} of the cloud lie in two sheets a spacing apart"
+        found = label_surface(triangulation, spacing, "closed", threads=threads)
+        found = replace(found, reason=reason, confidence=2 * layered - 1)
+    else:
+        found = label_surface(triangulation, spacing, surface, threads=threads)
     if len(found.faces) == 0:
         raise DegenerateInput(_nothing_left(found, triangulation, alpha))
 

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from .contracts import DegenerateInput, InvalidInput, as_points
 from .mesh import Mesh
 from .regular import OUTWARD, RegularTriangulation
+from .repair import repair
 from .threads import over_ranges, together
 from .topology import agreeing, patches, topology
 
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
     from .alpha import AlphaComplex
 
 Kind = Literal["auto", "closed", "open"]
-ROUNDS = 6  # of repair; it mostly ends after 3
 OPEN_GATE = 2.5  # widest facet of an open sheet [local spacings]; the rest closes it over its boundary
 # A void stands when it is deeper than its gate by DEEPER, the gate a leak between samples and no opening of the surface
 # (LEAK local spacings at most), or when it is deeper by SURE; a closed surface has more than this SHARE of its samples on such
@@ -309,11 +309,8 @@ class _Evidence:
 
     def repair(self, sides: NDArray[np.int8], widest: float) -> NDArray[np.int32]:
         """Mend `sides` in place; the excess umbrellas of every sample, -1 where it is buried."""
-        from ._kernels.repair import repair
-
-        walls = self.nodes, self.links, self.gate
-        poles = self.pole, self.anti
-        return repair(self.points, self.spacing, *walls, sides, *poles, np.float32(widest), ROUNDS, self.threads)[0]
+        cloud, walls = (self.points, self.spacing), (self.nodes, self.links, self.gate)
+        return repair(cloud, walls, sides, (self.pole, self.anti), widest, self.threads)[0]
 
     def between(self, sides: NDArray[np.int8]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Cell and corner of every facet between the sides, seen from side 1 where it is a cell."""

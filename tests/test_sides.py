@@ -7,6 +7,7 @@ import pytest
 import recon
 import weighting
 from recon._kernels import forest, repair, sides
+from recon.repair import repair as mend
 from recon.topology import topology
 
 OUTWARD = [(1, 2, 3), (0, 3, 2), (0, 1, 3), (0, 2, 1)]
@@ -208,7 +209,7 @@ def test_repair_never_raises_the_energy_and_says_what_is_left(seed):
     rng = np.random.default_rng(seed)
     side[:m] ^= rng.random(m) < 0.1  # damage to mend
     before, _ = energy(points, spacing, nodes, links, side)
-    excess, moves = repair.repair(points, spacing, nodes, links, gate, side, pole, anti, np.float32(np.inf), 6)
+    excess, moves = mend((points, spacing), (nodes, links, gate), side, (pole, anti), np.inf, 1 + seed % 2)
     after, expected = energy(points, spacing, nodes, links, side)
     np.testing.assert_array_equal(excess, expected)
     assert moves > 0

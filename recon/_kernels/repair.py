@@ -12,10 +12,9 @@ import heapq
 
 import numpy as np
 
-from ..threads import together
 from .compile import kernel
 from .components import cut_off, flood, number_components
-from .umbrellas import excesses, rooms, star_lists, umbrellas
+from .umbrellas import rooms, umbrellas
 
 BURIED = 1.0
 PINCH = 1.0
@@ -238,32 +237,14 @@ def move(ground, scratch, widest, sides, work, seed, reach, hopeless, order):
     return best
 
 
-def repair(points, spacing, nodes, links, gate, sides, pole, anti, widest, rounds, threads=1):
-    """Improve `sides` in place; returns `excess` (n,) of every sample (0: one umbrella, -1: buried, more: pinched) and the moves.
+@kernel
+def search(ground, sides, pole, anti, widest, rounds, excess, component, size, queue, count):
+    """Improve `sides` in place, move by move; returns the number of moves, and of components ever numbered.
 
+    `ground` is what stays as it is, see `move`; `excess`, `component` and `size` are kept up to date (`umbrellas`, `components`).
     `widest`: where facets of wider gates are none (an open surface) only pinched and buried samples are mended: there is
     no telling a handle or an island from what walls of such facets cut up.
     """
-    n, N = len(points), len(nodes)
-    component, size, queue = np.empty(N, np.int32), np.empty(N + 1, np.int64), np.empty(N, np.int32)
-
-    def umbrellas_of_all():
-        starts, star = star_lists(nodes, n)
-        return starts, star, excesses(nodes, links, gate, starts, widest, sides)
-
-    (starts, star, excess), count = together(
-        threads, umbrellas_of_all, lambda: number_components(links, sides, component, size, queue)
-    )
-    ground = points, spacing, nodes, links, gate, starts, star
-    moves, count = search(ground, sides, pole, anti, widest, rounds, excess, component, size, queue, count)
-    if widest == np.inf and absorb(nodes, links, gate, len(gate), sides, component, size, count):
-        excess = excesses(nodes, links, gate, starts, widest, sides)
-    return excess, moves
-
-
-@kernel
-def search(ground, sides, pole, anti, widest, rounds, excess, component, size, queue, count):
-    """Move by move, round by round; returns the number of moves, and of components ever numbered."""
     _, _, nodes, links, gate, starts, star = ground
     n, m, N = len(starts) - 1, len(gate), len(nodes)
     scratch = rooms(starts)
