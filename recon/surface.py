@@ -312,22 +312,27 @@ class _Evidence:
         cloud, walls = (self.points, self.spacing), (self.nodes, self.links, self.gate)
         return repair(cloud, walls, sides, (self.pole, self.anti), widest, self.threads)[0]
 
-    def between(self, sides: NDArray[np.int8]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Cell and corner of every facet between the sides, seen from side 1 where it is a cell."""
+    def between(self, sides: NDArray[np.int8]) -> NDArray[np.int64]:
+        """All facets between the sides, as 4 * cell + corner, seen from side 1 where it is a cell."""
         from ._kernels.forest import facets_between
 
-        facets = facets_between(self.links, sides, len(self.cells))
-        return facets >> 2, facets & 3
+        return facets_between(self.links, sides, len(self.cells))
+
+    def faces(self, facets: NDArray[np.int64]) -> NDArray[np.int32]:
+        """Vertices of facets, outward."""
+        from ._kernels.forest import corners_of
+
+        return corners_of(self.cells, facets, OUTWARD)
 
     def closed(self, reason: str, confidence: float) -> tuple[Surface, float]:
         """All facets between inside and outside; and the share of samples at those too wide for a sheet."""
         sides, passed = self.closed_sides()
         excess = self.repair(sides, np.inf)
-        cell, corner = self.between(sides)
-        faces = np.take_along_axis(self.cells[cell], OUTWARD[corner], axis=1)
+        facets = self.between(sides)
+        faces = self.faces(facets)
         buried, pinched = int((excess < 0).sum()), int((excess > 0).sum())
-        bridged = self.leak[cell, corner]
-        walls = faces[self.gate[cell, corner] > OPEN_GATE]
+        bridged = self.leak.ravel()[facets]
+        walls = faces[self.gate.ravel()[facets] > OPEN_GATE]
         share = self.corners(walls).sum() / max(1, self.corners(faces).sum())
         return Surface(self.rows(faces), bridged, "closed", confidence, reason, buried, pinched, passed), share
 
@@ -339,20 +344,18 @@ class _Evidence:
 
     def rows(self, faces: NDArray[np.int32]) -> NDArray[np.int32]:
         """Faces in rows of the input."""
-        return self.order[faces].astype(np.int32)
+        return self.order.astype(np.int32)[faces]
 
     def open(self, reason: str, confidence: float) -> Surface:
         """The facets between one hand and the other that are no wider than a sheet's."""
         sides, passed = self.open_sides()
         excess = self.repair(sides, OPEN_GATE)
-        cell, corner = self.between(sides)
-        keep = self.gate[cell, corner] <= OPEN_GATE
-        cell, corner = cell[keep], corner[keep]
-        faces = np.take_along_axis(self.cells[cell], OUTWARD[corner], axis=1)
-        faces = _turned(self.points, faces.astype(np.int64)).astype(np.int32)
+        facets = self.between(sides)
+        facets = facets[self.gate.ravel()[facets] <= OPEN_GATE]
+        faces = _turned(self.points, self.faces(facets).astype(np.int64)).astype(np.int32)
         buried = int((self.corners(self.cells) & ~self.corners(faces)).sum())
         kind = "closed" if topology(faces).closed else "open"
-        bridged = self.leak[cell, corner]
+        bridged = self.leak.ravel()[facets]
         return Surface(self.rows(faces), bridged, kind, confidence, reason, buried, int((excess > 0).sum()), passed)
 
 

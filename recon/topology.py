@@ -283,10 +283,10 @@ def _double_cover(
 
 def _umbrellas(triangles: NDArray[np.int64], n: int, edges: HalfEdges) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
     """Label corners by umbrella, and count the umbrellas of each vertex."""
+    from ._kernels.edges import corners_joined
+
     a, b = edges.chains()
-    same = edges.forward[a] == edges.forward[b]
-    links = (np.r_[a, _head(a)], np.r_[np.where(same, b, _head(b)), np.where(same, _head(b), b)])
-    count, label = _labels(3 * len(triangles), *links)
+    count, label = corners_joined(len(triangles), a, b, edges.forward[a] == edges.forward[b])
     vertex = np.zeros(count, np.int64)
     vertex[label] = triangles.ravel()
     return label, np.bincount(vertex, minlength=n)

@@ -50,9 +50,33 @@ def components(n, a, b):
     for i in range(len(a)):
         x, y = root(parent, np.int64(a[i])), root(parent, np.int64(b[i]))
         parent[max(x, y)] = min(x, y)
-    label = np.empty(n, np.int32)
+    return labelled(parent)
+
+
+@kernel
+def corners_joined(f, one, two, same):
+    """As `components`, of the 3 f corners of faces that meet across pairs of half-edges: those at the same ends are linked.
+
+    Half-edge h runs from corner h to the next corner of its face; `same` (p,): both of a pair start at the same vertex.
+    """
+    parent = np.arange(3 * f)
+    for i in range(len(one)):
+        a, b = np.int64(one[i]), np.int64(two[i])
+        after_a, after_b = a - 2 if a % 3 == 2 else a + 1, b - 2 if b % 3 == 2 else b + 1
+        start, stop = (b, after_b) if same[i] else (after_b, b)
+        x, y = root(parent, a), root(parent, start)
+        parent[max(x, y)] = min(x, y)
+        x, y = root(parent, after_a), root(parent, stop)
+        parent[max(x, y)] = min(x, y)
+    return labelled(parent)
+
+
+@kernel
+def labelled(parent):
+    """Number of roots, and of each node the number of its root; no parent is higher than its child."""
+    label = np.empty(len(parent), np.int32)
     count = 0
-    for x in range(n):
+    for x in range(len(parent)):
         if parent[x] == x:
             label[x] = count
             count += 1

@@ -180,3 +180,13 @@ def facets_between(links, sides, m):
         if turn == 0:
             facets = np.empty(count, np.int64)
     return facets
+
+
+@kernel
+def corners_of(cells, facets, opposite):
+    """Vertices (f, 3) of facets, as 4 * cell + corner; `opposite` (4, 3): the slots of the facet opposite each corner."""
+    faces = np.empty((len(facets), 3), np.int32)
+    for f in range(len(facets)):
+        for j in range(3):
+            faces[f, j] = cells[facets[f] >> 2, opposite[facets[f] & 3, j]]
+    return faces

@@ -75,16 +75,16 @@ def _mates(mesh: Mesh, edges: HalfEdges) -> tuple[NDArray[np.int64], NDArray[np.
 
 def _split(mesh: Mesh, one: NDArray[np.int64], two: NDArray[np.int64]) -> tuple[Mesh, int]:
     """Split into umbrellas of faces joined across these pairs of half-edges."""
-    from .._kernels.edges import components  # numba takes a while to load
+    from .._kernels.edges import corners_joined  # numba takes a while to load
 
     faces = mesh.faces.astype(np.int64)
     f = len(faces)
-    # half-edge h starts at corner h and ends at the next corner of its face
-    after = np.arange(3 * f).reshape(f, 3)[:, [1, 2, 0]].ravel()
     same = faces.ravel()[one] == faces.ravel()[two]  # start to start, where both walk the edge the same way
-    corners = np.concatenate([one, after[one]])
-    matched = np.concatenate([np.where(same, two, after[two]), np.where(same, after[two], two)])
-    pieces, number = components(3 * f, corners, matched)
+    pieces, number = corners_joined(f, one, two, same)
+    used = np.zeros(len(mesh.vertices), bool)
+    used[faces] = True
+    if pieces == np.count_nonzero(used):
+        return mesh, 0
     lead = np.empty(pieces, np.int64)
     lead[number[::-1]] = np.arange(3 * f)[::-1]  # the first corner of each
     vertex = faces.ravel()[lead]
@@ -92,8 +92,6 @@ def _split(mesh: Mesh, one: NDArray[np.int64], two: NDArray[np.int64]) -> tuple[
     original[vertex[::-1]] = np.arange(pieces)[::-1]
     fresh = original[vertex] != np.arange(pieces)
     copies = int(fresh.sum())
-    if copies == 0:
-        return mesh, 0
     target = vertex.copy()
     target[fresh] = len(mesh.vertices) + np.arange(copies)
     rows = np.concatenate([np.arange(len(mesh.vertices)), vertex[fresh]])
