@@ -184,7 +184,7 @@ def reconstruct(
     triangulation = regular_triangulation(located, w)
 
     clock.start("surface")
-    layered = samples.figures["layered_share"]
+    layered = 0.0 if samples.figures["denoised"] else samples.figures.get("layered_share", 0.0)
     if surface == "complex":
         found = _literal(triangulation)
     elif surface == "auto" and layered > 0.5:

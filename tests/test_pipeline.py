@@ -137,3 +137,12 @@ def test_unknown_options_are_refused(torus, options, message):
 def test_an_empty_complex_says_why_and_what_would_help(torus):
     with pytest.raises(recon.DegenerateInput, match=r"the first one appears at .*; useful are .* to .*, say "):
         recon.reconstruct(torus, np.full(len(torus), -1.0), surface="complex")
+
+
+def test_two_sheets_a_spacing_apart_are_one_thin_body():
+    cloud = datasets_synthetic.surface("thin_plate").sample(2000, rng=1)
+    result = recon.reconstruct(cloud.points)
+    assert (result.surface, result.report["mesh"]["chi"], result.report["mesh"]["open_edges"]) == ("closed", 2, 0)
+    assert result.report["samples"]["layered_share"] > 0.5 and "two sheets" in result.report["surface"]["because"]
+    for asked in {"surface": "open"}, {"denoise": True}, {"denoise": False}:
+        assert "two sheets" not in recon.reconstruct(cloud.points, **asked).report["surface"]["because"]
