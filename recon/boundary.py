@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ._kernels import alpha as levels
 from ._kernels import boundary as kernels
 from ._kernels.sizes import settle
-from .intervals import Family
+from .intervals import Family, unscaled
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -119,7 +119,7 @@ def _sizes(family: Family, simplices: NDArray[np.int32]) -> tuple[NDArray[np.flo
     points, exponent, integral = family.scaled
     rho, code = np.empty(len(simplices)), np.full(len(simplices), (1 << simplices.shape[1]) - 1, np.uint8)
     settle(points, integral, simplices, rho, code)
-    return np.ldexp(rho, 2 * exponent), code
+    return unscaled(rho, exponent), code
 
 
 def _parity(rows: NDArray[np.int32]) -> NDArray[np.int64]:

@@ -150,7 +150,7 @@ class Family:
             points, exponent, integral = self.scaled
             kernels.measure_tetrahedra(points, integral, cells, rho, conflict)
             settle(points, integral, cells, rho, conflict)
-            self._cells = _unscaled(rho, exponent), conflict
+            self._cells = unscaled(rho, exponent), conflict
         return self._cells
 
     def _tetrahedra(self) -> Level:
@@ -172,7 +172,7 @@ class Family:
         kernels.sort_buckets(starts, rows, owner, code, reals)
         rho, lower, upper = reals
         settle(points, integral, rows, rho, code)
-        return Level(rows, starts, _unscaled(rho, exponent), lower, upper, code, owner)
+        return Level(rows, starts, unscaled(rho, exponent), lower, upper, code, owner)
 
     def _triangles(self) -> Level:
         cells, neighbors = self.triangulation.cells, self.triangulation.neighbors
@@ -182,7 +182,7 @@ class Family:
         kernels.measure_triangles(points, integral, cells, neighbors, starts, rows, owner, code, reals)
         kernels.sort_buckets(starts, rows, owner, code, reals)
         settle(points, integral, rows, reals[0], code)
-        rho = _unscaled(reals[0], exponent)
+        rho = unscaled(reals[0], exponent)
         return Level(rows, starts, rho, rho, rho, code, owner)
 
     def _edges(self) -> Level:
@@ -199,7 +199,7 @@ class Family:
             raise InvalidInput("triangulation: not of a ball, as its Euler characteristic is not 1")
         rho, lower, upper = reals
         settle(points, integral, rows, rho, code)
-        return Level(rows, starts, _unscaled(rho, exponent), lower, upper, code)
+        return Level(rows, starts, unscaled(rho, exponent), lower, upper, code)
 
     def _vertices(self) -> Level:
         edges, weights = self.level(1), self.triangulation.weights
@@ -254,6 +254,12 @@ def _lowest_bit(values: NDArray[np.float64]) -> int:
     return int((exponent - 53 + low).min(initial=1 << 20))
 
 
-def _unscaled(rho: NDArray[np.float64], exponent: int) -> NDArray[np.float64]:
-    """Sizes in the units of the input."""
-    return np.ldexp(rho, 2 * exponent) if exponent else rho
+def unscaled(rho: NDArray[np.float64], exponent: int) -> NDArray[np.float64]:
+    """Sizes in the units of the input; those too small for float64 keep their signs."""
+    if not exponent:
+        return rho
+    sizes = np.ldexp(rho, 2 * exponent)
+    if exponent < -400:
+        lost = (sizes == 0) & (rho != 0)
+        sizes[lost] = np.copysign(np.nextafter(0.0, 1.0), rho[lost])
+    return sizes

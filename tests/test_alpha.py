@@ -446,3 +446,13 @@ def test_the_grid_of_pyvista_has_the_simplices_of_the_complex():
         f"AlphaComplex(400 points in 3-D, {len(complex_.simplices(3))} cells of dimension 3)",
         repr(complex_.boundary(0.0)),
     ]
+
+
+@pytest.mark.parametrize("scale", [1e-160, 1e-250, 1e-300])
+def test_sizes_too_small_for_floats_keep_their_signs(scale):
+    points = np.random.default_rng(1).random((40, 3)) * scale
+    family = alpha_complex(points)
+    alone = family.boundary(0.0)
+    assert (family.rho(2) > 0).all() and len(alone) == 0
+    np.testing.assert_array_equal(family.boundary(0.0).facets, alone.facets)  # now from all levels
+    np.testing.assert_array_equal(np.unique(family.classify(2, 0.0)), [0])
