@@ -198,11 +198,15 @@ def reconstruct(
 
     clock.start("clean")
     mesh = compact_mesh(located, found.faces, carried)
-    mesh, copies = split_pinches(mesh) if clean else (mesh, 0)
-    mesh, islands = remove_islands(mesh) if clean and found.kind != "complex" else (mesh, 0)
+    shape, copies, islands = topology(mesh.faces, threads=threads), 0, 0
+    if clean and not shape.manifold:
+        mesh, copies = split_pinches(mesh)
+    if clean and found.kind != "complex" and (copies or shape.components > 1):
+        mesh, islands = remove_islands(mesh)
 
     clock.start("report")
-    shape = topology(mesh.faces, threads=threads)
+    if copies or islands:
+        shape = topology(mesh.faces, threads=threads)
     sections = _figures(samples, spacing, w, weights, triangulation, found, mesh, shape, copies, islands)
     seconds = clock.stop()
     return Reconstruction(

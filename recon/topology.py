@@ -215,8 +215,10 @@ def _compact(triangles: NDArray[np.int64]) -> tuple[int, NDArray[np.int64]]:
     """Number the vertices in use 0 .. n-1, in order."""
     if len(triangles) == 0:
         return 0, triangles
-    used = np.zeros(triangles.max() + 1, np.int64)
-    used[triangles.ravel()] = 1
+    used = np.zeros(triangles.max() + 1, bool)
+    used[triangles.ravel()] = True
+    if used.all():
+        return len(used), triangles
     number = np.cumsum(used) - 1
     return int(number[-1]) + 1, number[triangles]
 
