@@ -114,12 +114,14 @@ def hilbert_keys(points, low, extent):
 
 @kernel
 def sort_keys(keys):
-    """Stable order of keys of 3 BITS bits, and the keys in that order: radix sort, by 12 bits at a time."""
+    """Stable order of keys that are not negative, and the keys in that order: radix sort, by 12 bits at a time."""
     n = keys.size
     order, other_order = np.arange(n), np.empty(n, np.int64)
     keys, other_keys = keys.copy(), np.empty(n, np.int64)
-    start = np.empty(4096, np.int64)
-    for shift in range(0, 3 * BITS, 12):
+    start, shift, top = np.empty(4096, np.int64), 0, np.int64(0)
+    for i in range(n):
+        top = max(top, keys[i])
+    while shift < 63 and top >> shift > 0:
         start[:] = 0
         for i in range(n):
             start[(keys[i] >> shift) & 4095] += 1
@@ -134,6 +136,7 @@ def sort_keys(keys):
             other_order[place] = order[i]
         keys, other_keys = other_keys, keys
         order, other_order = other_order, order
+        shift += 12
     return order, keys
 
 
