@@ -12,16 +12,6 @@ from ._frame import normal_of
 
 
 @kernel
-def box(points):
-    """Lowest and highest corner of points (n, d)."""
-    low, high = points[0].copy(), points[0].copy()
-    for i in range(points.shape[0]):
-        for j in range(points.shape[1]):
-            low[j], high[j] = min(low[j], points[i, j]), max(high[j], points[i, j])
-    return low, high
-
-
-@kernel
 def curve_keys(points, low, extent):
     """Interleave 21 bits of each of the first three coordinates: position along the Z-order curve (Morton 1966)."""
     n, d = points.shape

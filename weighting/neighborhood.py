@@ -12,7 +12,7 @@ from recon._kernels import spatial_sort
 from recon.contracts import InvalidInput, as_points
 from recon.threads import workers
 
-from ._kernels import box, curve_keys
+from ._kernels import curve_keys
 
 RING = 8  # neighbours: one ring around a sample of a surface
 LEAF = 24  # points a leaf of the k-d tree: fastest for some ten neighbours
@@ -121,8 +121,8 @@ def neighbors(points: ArrayLike | Neighborhood, k: int = RING, *, threads: int |
 
 def _distinct(points: NDArray) -> tuple[NDArray, NDArray[np.int64], NDArray[np.int64]]:
     """Distinct points along the curve, then by coordinates; the first row of each; which of them each row is."""
-    low, high = box(points)
-    order, keys = spatial_sort.sort_keys(curve_keys(points, low, (high - low).max() or 1.0))
+    low, extent = spatial_sort.bounding_box(points)
+    order, keys = spatial_sort.sort_keys(curve_keys(points, low, extent or 1.0))
     located = points[order]
     tied = keys[1:] == keys[:-1]
     if not tied.any():

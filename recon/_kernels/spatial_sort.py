@@ -39,8 +39,8 @@ def hilbert_order(points: NDArray[np.float64]) -> NDArray[np.int64]:
 @kernel
 def bounding_box(points):
     """Lower corner of the box of some points, and its longest side."""
-    low, extent = np.empty(3), 0.0
-    for k in range(3):
+    low, extent = np.empty(points.shape[1]), 0.0
+    for k in range(points.shape[1]):
         lowest, highest = points[0, k], points[0, k]
         for i in range(points.shape[0]):
             lowest, highest = min(lowest, points[i, k]), max(highest, points[i, k])
