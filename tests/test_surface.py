@@ -63,6 +63,34 @@ def test_density_ratios_do_no_harm(ratio):
     assert (t.closed, t.manifold, t.genus) == (True, True, 1)
 
 
+@pytest.mark.parametrize("step", [0.0, 2.0**-24, 1e-5])
+@pytest.mark.parametrize("seed", range(3))
+def test_samples_of_flat_faces_that_lie_askew_give_no_handles(seed, step):
+    """A torus of 120 triangles, turned: cells of samples on one face are flat but for rounding."""
+    points = polyhedral_torus(20_000, np.random.default_rng(seed))
+    result = recon.reconstruct(points if step == 0 else np.round(points / step) * step)
+    assert result.surface == "closed"
+    assert topology(result.mesh.faces).euler == 0
+    assert result.report["mesh"]["share_of_points_used"] == 1
+
+
+def polyhedral_torus(n: int, rng: np.random.Generator) -> np.ndarray:
+    """Random samples of the triangles of a coarse torus."""
+    i, j = np.divmod(np.arange(60), 6)
+    around, across = 2 * np.pi * i / 10, 2 * np.pi * j / 6
+    radius = 1 + 0.4 * np.cos(across)
+    corners = np.stack([radius * np.cos(around), radius * np.sin(around), 0.4 * np.sin(across)], axis=1)
+    corners = corners @ np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    here, right = 6 * i + j, 6 * ((i + 1) % 10) + j
+    above, both = 6 * i + (j + 1) % 6, 6 * ((i + 1) % 10) + (j + 1) % 6
+    a, b, c = corners[np.r_[np.stack([here, right, both]).T, np.stack([here, both, above]).T]].transpose(1, 0, 2)
+    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    face = rng.choice(len(a), n, p=area / area.sum())
+    u, v = rng.random((2, n, 1))
+    u, v = np.where(u + v > 1, 1 - u, u), np.where(u + v > 1, 1 - v, v)
+    return a[face] + u * (b - a)[face] + v * (c - a)[face]
+
+
 def test_bodies_apart_come_out_apart():
     one = datasets_synthetic.surface("sphere").sample(500, rng=0).points
     two = datasets_synthetic.surface("torus").sample(1500, rng=0).points

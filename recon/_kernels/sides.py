@@ -11,6 +11,7 @@ import numpy as np
 from .compile import kernel
 
 _BLOCK = 128  # facets at a time
+ROUNDING = 2.0**-50  # error of a determinant of order 3, in units of the sum of the sizes of its terms
 
 
 @kernel
@@ -89,7 +90,11 @@ def spheres(points, weights, spacing, cells, first, last, centers, rho, depth):
         ux, uy, uz = by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx
         vx, vy, vz = cy * az - cz * ay, cz * ax - cx * az, cx * ay - cy * ax
         wx, wy, wz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
-        half = 0.5 / (ax * ux + ay * uy + az * uz)
+        rounding = abs(ax) * (abs(by * cz) + abs(bz * cy))
+        rounding += abs(ay) * (abs(bz * cx) + abs(bx * cz)) + abs(az) * (abs(bx * cy) + abs(by * cx))
+        # R says that the volume is positive: where that is lost in rounding, it still tells on what hand the centre is
+        volume = max(ax * ux + ay * uy + az * uz, ROUNDING * rounding)
+        half = 0.5 / volume
         x = (ha * ux + hb * vx + hc * wx) * half
         y = (ha * uy + hb * vy + hc * wy) * half
         z = (ha * uz + hb * vz + hc * wz) * half
@@ -189,20 +194,15 @@ def poles(points, nodes, links, centers, rho, depth, m):
         s = 0
         while links[g, s] >= m:
             s += 1
-        i, j, k = nodes[g, (s + 1) & 3], nodes[g, (s + 2) & 3], nodes[g, (s + 3) & 3]
+        c, t = links[g, s], 0
+        while links[c, t] != g:
+            t += 1
+        i, j, k = nodes[c, (t + 1) & 3], nodes[c, (t + 2) & 3], nodes[c, (t + 3) & 3]
         ax, ay, az = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
         bx, by, bz = points[k, 0] - points[i, 0], points[k, 1] - points[i, 1], points[k, 2] - points[i, 2]
         nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
-        c = links[g, s]
-        t = 0
-        while links[c, t] != g:
-            t += 1
-        v = nodes[c, t]
-        inner = (
-            (points[v, 0] - points[i, 0]) * nx + (points[v, 1] - points[i, 1]) * ny + (points[v, 2] - points[i, 2]) * nz
-        )
         norm = np.sqrt(nx * nx + ny * ny + nz * nz)
-        norm = -norm if inner > 0 else norm
+        norm = -norm if t & 1 else norm  # cells are positive: in this order every other facet faces outward
         nx, ny, nz = nx / norm, ny / norm, nz / norm
         normals[g - m, 0], normals[g - m, 1], normals[g - m, 2] = nx, ny, nz
         for v in (i, j, k):
