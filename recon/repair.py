@@ -1,10 +1,11 @@
-"""Local search on the sides of nodes until every sample has exactly one umbrella of surface facets."""
+"""Local search on the sides of nodes until every sample has exactly one umbrella of surface facets, and no handle is thin."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .handles import cut_thin_handles
 from .threads import together
 
 ROUNDS = 6  # of moves; it mostly ends after 3
@@ -14,7 +15,7 @@ def repair(
     cloud: tuple[NDArray, NDArray],
     walls: tuple[NDArray, NDArray, NDArray],
     sides: NDArray[np.int8],
-    poles: tuple[NDArray, NDArray],
+    poles: tuple[NDArray, NDArray, NDArray],
     widest: float,
     threads: int | None,
 ) -> tuple[NDArray[np.int32], int]:
@@ -26,8 +27,8 @@ def repair(
     walls : nodes (N, 4), links (N, 4) and gates (m, 4)
         See `recon._kernels.sides`.
     sides : (N,) ndarray of int8
-    poles : (n,) ndarrays of int32
-        The deepest node around every sample, and the deepest opposite to it.
+    poles : (n,) ndarrays of int32, int32, float32
+        The deepest node around every sample, the deepest opposite to it, and how sure that is.
     widest : float
         Facets of wider gates are none; infinite for a closed surface.
     threads : int or None
@@ -54,7 +55,11 @@ def repair(
         threads, around, lambda: components.number_components(links, sides, *parts)
     )
     ground = *cloud, *walls, starts, star
-    moves, number = search(ground, sides, *poles, limit, ROUNDS, excess, *parts, number)
-    if widest == np.inf and absorb(nodes, links, gate, len(gate), sides, *parts[:2], number):
+    moves, number = search(ground, sides, *poles[:2], limit, ROUNDS, excess, *parts, number)
+    if widest < np.inf:
+        return excess, moves
+    if cut_thin_handles(ground, sides, poles, excess):
+        number = components.number_components(links, sides, *parts)
+    if absorb(nodes, links, gate, len(gate), sides, *parts[:2], number):
         excess = umbrellas.excesses(nodes, links, gate, starts, limit, sides)
     return excess, moves

@@ -310,7 +310,8 @@ class _Evidence:
     def repair(self, sides: NDArray[np.int8], widest: float) -> NDArray[np.int32]:
         """Mend `sides` in place; the excess umbrellas of every sample, -1 where it is buried."""
         cloud, walls = (self.points, self.spacing), (self.nodes, self.links, self.gate)
-        return repair(cloud, walls, sides, (self.pole, self.anti), widest, self.threads)[0]
+        poles = self.pole, self.anti, self.trust
+        return repair(cloud, walls, sides, poles, widest, self.threads)[0]
 
     def between(self, sides: NDArray[np.int8]) -> NDArray[np.int64]:
         """All facets between the sides, as 4 * cell + corner, seen from side 1 where it is a cell."""

@@ -209,7 +209,7 @@ def test_repair_never_raises_the_energy_and_says_what_is_left(seed):
     rng = np.random.default_rng(seed)
     side[:m] ^= rng.random(m) < 0.1  # damage to mend
     before, _ = energy(points, spacing, nodes, links, side)
-    excess, moves = mend((points, spacing), (nodes, links, gate), side, (pole, anti), np.inf, 1 + seed % 2)
+    excess, moves = mend((points, spacing), (nodes, links, gate), side, (pole, anti, trust), np.inf, 1 + seed % 2)
     after, expected = energy(points, spacing, nodes, links, side)
     np.testing.assert_array_equal(excess, expected)
     assert moves > 0

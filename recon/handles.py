@@ -1,0 +1,104 @@
+"""Handles too thin to be true: the short loops around them are found, and they are cut where that costs nothing."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .regular import OUTWARD
+from .topology import HalfEdges
+
+THIN = 2 * np.pi  # longest loop around a thin handle, that of a circle with a radius of one spacing [local spacings]
+EDGES = 8  # of such a loop, at most
+SHALLOW = 2.0  # trust of the poles of its samples, at most
+
+
+def cut_thin_handles(
+    ground: tuple[NDArray, ...],
+    sides: NDArray[np.int8],
+    poles: tuple[NDArray, NDArray, NDArray],
+    excess: NDArray[np.int32],
+) -> int:
+    """Cut the thin handles of a closed surface that cost nothing, in place.
+
+    Parameters
+    ----------
+    ground : tuple of ndarray
+        See `recon._kernels.repair.move`.
+    sides : (N,) ndarray of int8
+    poles : (n,) ndarrays of int32, int32, float32
+    excess : (n,) ndarray of int32
+        Kept up to date.
+
+    Returns
+    -------
+    int
+        By how much the Euler number of the surface has grown: twice the number of handles cut.
+    """
+    from ._kernels import components, forest, umbrellas  # numba takes a while to load
+    from ._kernels.handles import cut_handle
+
+    points, spacing, nodes, links, gate, starts, _ = ground
+    n, count = len(points), len(nodes)
+    pole, anti, trust = poles
+    parts = np.empty(count, np.int32), np.empty(count + 1, np.int64), np.empty(count, np.int32)
+    scratch, idle = umbrellas.rooms(starts), np.full(count, -1, np.int32)
+    cut = 0
+    while True:
+        faces = forest.corners_of(nodes, forest.facets_between(links, sides, len(gate)), OUTWARD)
+        shallow = (trust < SHALLOW) | (sides[pole] == sides[anti])
+        if _made_of_disks(faces, shallow):
+            return cut
+        used = np.zeros(n, bool)
+        used[faces.ravel()] = True
+        if used.sum() - len(faces) // 2 == 2 * components.number_components(links, sides, *parts) - 2:
+            return cut  # its Euler number without handles
+        touched = np.zeros(n, bool)
+        for loop in _loops(faces, n):
+            around = np.linalg.norm(points[loop] - points[np.roll(loop, 1)], axis=1).sum()
+            if shallow[loop].all() and around <= THIN * spacing[loop].mean():
+                for side in (0, 1):
+                    cut += cut_handle(ground, scratch, sides, excess, loop, side, (idle, touched))
+        if not touched.any():
+            return cut
+
+
+def _made_of_disks(faces: NDArray[np.integer], among: NDArray[np.bool_]) -> bool:
+    """Is every piece of the surface that these vertices (n,) span of Euler number 1, so that no loop in it is around a handle?"""
+    from ._kernels.edges import components
+
+    within = among[faces].sum(axis=1)
+    edges = HalfEdges(faces[within >= 2].astype(np.int64), len(among))
+    both = among[edges.low] & among[edges.high]
+    vertices, ends = np.unique(np.r_[edges.low[both], edges.high[both]], return_inverse=True)
+    low, high = np.split(ends, 2)
+    pieces, piece = components(len(vertices), low, high)
+    inner = np.searchsorted(vertices, faces[within == 3][:, 0])
+    euler = sum(
+        sign * np.bincount(piece[part], minlength=pieces) for sign, part in ((1, slice(None)), (-1, low), (1, inner))
+    )
+    return bool(np.all(euler == 1))
+
+
+def _loops(faces: NDArray[np.integer], n: int) -> list[NDArray[np.int64]]:
+    """Loops of at most `EDGES` edges that part no piece of a closed surface, fewest first: of those that are shortest through
+    one of their vertices, one of each homology class.
+
+    A spanning tree of the vertices and one of the faces that crosses none of its edges leave two edges for each handle (Eppstein
+    2003). Each of these, closed in the tree of the faces, is a cocycle: a loop has the class of the cocycles that it
+    crosses an odd number of times. They are told apart by words of 64 random bits, the same in every run. The shortest loop
+    through a vertex comes of a breadth-first search from there, and each loop that counts has an edge on a cocycle.
+    """
+    from ._kernels.handles import class_words, loops_from
+
+    edges = HalfEdges(faces.astype(np.int64), n)
+    number = np.empty(len(edges.order), np.int64)
+    number[edges.order] = np.repeat(np.arange(len(edges.count)), edges.count)
+    beside = np.full((len(edges.count), 2), -1)
+    beside[edges.count == 2] = np.stack(edges.pairs(), axis=1) // 3
+    ends = np.stack([edges.low, edges.high], axis=1)
+    words, around = class_words(n, ends, number.reshape(-1, 3), beside)
+    counts, classes, vertices = loops_from(ends, *around, words, EDGES)
+    order = np.argsort(counts, kind="stable")
+    first = np.sort(np.unique(classes[order], return_index=True)[1])
+    return [vertices[k, : counts[k]] for k in order[first]]

@@ -1,0 +1,104 @@
+"""Thin handles: the loops around them, and what is cut."""
+
+import numpy as np
+import pytest
+
+import datasets_synthetic
+import recon
+import weighting
+from recon.handles import EDGES, _loops, _made_of_disks, cut_thin_handles
+from recon.surface import _Evidence
+from recon.topology import topology
+
+
+def torus_faces(a: int, b: int) -> np.ndarray:
+    """Triangles of a grid of a by b vertices, joined at its ends."""
+    i, j = np.divmod(np.arange(a * b), b)
+    right, up = (i + 1) % a * b + j, i * b + (j + 1) % b
+    both = (i + 1) % a * b + (j + 1) % b
+    here = np.arange(a * b)
+    return np.r_[np.stack([here, right, both]).T, np.stack([here, both, up]).T]
+
+
+def parts_after_cutting(faces: np.ndarray, loop: np.ndarray) -> int:
+    """Pieces of a surface that no edge of a loop joins any more."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    edges = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=2), axis=2).reshape(-1, 2)
+    owner = np.repeat(np.arange(len(faces)), 3)
+    order = np.lexsort(edges.T)
+    edges, owner = edges[order], owner[order]
+    on_loop = {tuple(sorted(pair)) for pair in zip(loop.tolist(), np.roll(loop, -1).tolist(), strict=True)}
+    assert on_loop <= set(map(tuple, edges.tolist()))
+    joins = [k for k in range(0, len(edges), 2) if tuple(edges[k]) not in on_loop]
+    links = coo_matrix((np.ones(len(joins)), (owner[joins], owner[np.array(joins) + 1])), shape=(len(faces),) * 2)
+    return connected_components(links, directed=False)[0]
+
+
+@pytest.mark.parametrize(("a", "b"), [(30, 5), (5, 30), (7, 5), (6, 6), (20, 8), (20, 9)])
+def test_loops_are_the_shortest_through_their_vertices(a, b):
+    """Around the tube b edges, along it a: one loop of each class that is shortest somewhere."""
+    faces = torus_faces(a, b)
+    loops = _loops(faces, a * b)
+    assert bool(loops) == (min(a, b) <= EDGES)
+    for loop in loops:
+        assert len(loop) == min(a, b)
+        assert len(set(loop.tolist())) == len(loop)
+        assert parts_after_cutting(faces, loop) == 1
+
+
+def test_a_sphere_has_no_loops_however_thin_its_neck():
+    """A tube of three edges around, closed at both ends: every loop parts it."""
+    ring = np.arange(30).reshape(10, 3)
+    walls = [[ring[k, j], ring[k, (j + 1) % 3], ring[k + 1, j]] for k in range(9) for j in range(3)]
+    walls += [[ring[k + 1, j], ring[k, (j + 1) % 3], ring[k + 1, (j + 1) % 3]] for k in range(9) for j in range(3)]
+    faces = np.array([*walls, ring[0][::-1], ring[-1]])
+    assert topology(faces).euler == 2
+    assert _loops(faces, 30) == []
+    assert not _made_of_disks(faces, np.ones(30, bool))
+    assert _made_of_disks(faces, np.arange(30) < 2)
+
+
+def test_an_annulus_on_a_torus_is_no_disk():
+    faces = torus_faces(12, 6)
+    assert not _made_of_disks(faces, np.arange(72) < 6)  # once around the tube
+    assert _made_of_disks(faces, np.arange(72) < 5)
+
+
+def test_a_thin_handle_between_parts_that_pass_close_by_is_cut():
+    points = datasets_synthetic.surface("csg_part").sample(700, rng=1).points
+    result = recon.reconstruct(points, surface="closed", denoise=False)
+    t = topology(result.mesh.faces)
+    assert t.closed and t.manifold and t.oriented
+    assert t.euler == -2
+    assert result.report["mesh"]["share_of_points_used"] == 1
+
+
+@pytest.mark.parametrize("name", ["torus", "genus_2", "genus_3", "linked_tori"])
+def test_handles_that_samples_show_stay(name):
+    truth = datasets_synthetic.surface(name)
+    result = recon.reconstruct(truth.sample(1500, rng=2).points, surface="closed")
+    assert topology(result.mesh.faces).euler == truth.euler
+
+
+def test_cutting_keeps_the_books():
+    """Samples pinched and buried are counted along; what is not cut stays as it was."""
+    from recon._kernels import umbrellas
+
+    points = np.random.default_rng(3).normal(size=(800, 3))  # nothing but thin handles
+    points /= 1 + 0.05 * np.linalg.norm(points, axis=1)[:, None]
+    evidence = _Evidence(recon.regular_triangulation(points), weighting.spacing(points), 1)
+    sides, _ = evidence.closed_sides()
+    sides = sides.copy()
+    walls = evidence.nodes, evidence.links, evidence.gate
+    starts, star = umbrellas.star_lists(evidence.nodes, len(points))
+    widest = np.float32(np.inf)
+    excess = umbrellas.excesses(*walls, starts, widest, sides)
+    before, given = sides.copy(), excess.copy()
+    ground = evidence.points, evidence.spacing, *walls, starts, star
+    grown = cut_thin_handles(ground, sides, (evidence.pole, evidence.anti, evidence.trust), excess)
+    assert (excess == umbrellas.excesses(*walls, starts, widest, sides)).all()
+    assert (excess < 0).sum() + excess[excess > 0].sum() <= (given < 0).sum() + given[given > 0].sum()
+    assert grown > 0
+    assert (before != sides).any()
