@@ -272,6 +272,30 @@ def test_a_tenth_of_uniform_outliers_does_not_change_the_topology(name):
     recon.certify(result)
 
 
+@pytest.mark.parametrize("name", ["hemisphere", "paraboloid", "mobius_band"])
+def test_a_tenth_of_uniform_outliers_leaves_a_sheet_its_boundary(name):
+    surface, sample, _ = cloud(name, n=3000, outliers=0.1, rng=0)
+    t = topology(recon.reconstruct(sample.points).mesh.faces)
+    assert (t.manifold, t.euler, t.boundary_loops) == (True, surface.euler, surface.boundary_loops)
+
+
+@pytest.mark.parametrize("name", ["torus", "box", "csg_part", "swiss_roll", "thin_plate"])
+@pytest.mark.parametrize("noise", [0.0, 0.3, 0.5])
+def test_outliers_beside_a_surface_are_removed_and_hardly_a_sample(name, noise):
+    """Within a spacing of it, or four times its noise, they pass for samples."""
+    surface, sample, spacing = cloud(name, noise, n=3000, outliers=0.1, rng=1)
+    found = weighting.certain_outliers(sample.points)
+    beside = sample.is_outlier & (surface.distance(sample.points) > max(1.5, 6 * noise) * spacing)
+    assert found[beside].mean() > 0.85
+    assert found[~sample.is_outlier].mean() < 0.003
+
+
+@pytest.mark.parametrize("scale", [2.0**-600, 2.0**300])
+def test_outliers_are_the_same_at_any_scale(scale):
+    points = np.asarray(cloud("torus", n=1000, outliers=0.1, rng=2)[1].points)
+    np.testing.assert_array_equal(weighting.certain_outliers(points * scale), weighting.certain_outliers(points))
+
+
 @pytest.mark.parametrize("name", ["sphere", "csg_part", "thin_plate", "paraboloid", "trefoil"])
 @pytest.mark.parametrize("density", ["area", 50.0])
 def test_no_sample_of_a_clean_surface_is_removed(name, density):

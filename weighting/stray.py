@@ -17,6 +17,7 @@ SLOPE = 0.05  # growth of spacing with distance that is to be expected: it doubl
 OFF = 0.2  # of the reach of the neighbours: noise of 0.3 spacings stays below
 STEEP = 0.02  # growth of spacing for outliers that are to be removed
 APART = 1.5  # times as far and times as many: what makes a cloud of outliers of its own
+CLEAR = 4.0  # times as far off the plane of its neighbours as they are: an outlier beside the surface
 
 
 def outliers(
@@ -95,7 +96,10 @@ def certain_outliers(points: ArrayLike | Neighborhood, *, threads: int | None = 
     As `outliers`, with a spacing that is expected to grow by 0.02 of the distance alone, so that outliers are seen among
     each other too. In return none is removed unless they stand apart: half as many again lie beyond 4.5 times the expected spacing as between
     3 and 4.5 times. On sparse parts of a surface, and the more the sparser, it is the other way round. Repeated without those removed,
-    until no more are found.
+    until no more are found. Where there are any, those beside the surface are removed too: samples with no more than one
+    other within the spacing there, by more than that off the plane of their neighbours (all eight but the one
+    farthest from it), by four times as much as any of these, and as is usual among such samples. An outlier within one
+    spacing of the surface, or four times its noise, passes for a sample.
 
     Examples
     --------
@@ -107,14 +111,20 @@ def certain_outliers(points: ArrayLike | Neighborhood, *, threads: int | None = 
     """
     hood = neighbors(points, RING, threads=threads)
     kept, here = np.arange(len(hood.points)), hood
+
+    def without(found: NDArray[np.bool_]) -> None:
+        nonlocal kept, here
+        here = neighbors(here.points[~found], RING, threads=threads)
+        kept = kept[~found][here.rows]
+
     while True:
         lonely, ratio, _ = _isolation(here, EXCESS, STEEP)
         far, near = (ratio > APART * EXCESS).sum(), ((ratio > EXCESS) & (ratio <= APART * EXCESS)).sum()
         if far <= APART * near:
             break
-        kept = kept[~lonely & (ratio <= EXCESS)]
-        here = neighbors(hood.points[kept], RING, threads=threads)
-        kept = kept[here.rows]
+        without(lonely | (ratio > EXCESS))
+    while len(kept) < len(hood.points) and (beside := _beside(here)).any():
+        without(beside)
     removed = np.ones(len(hood.points), bool)
     removed[kept] = False
     return removed[hood.inverse]
@@ -135,11 +145,40 @@ def _isolation(
         return np.zeros(m, bool), np.zeros(m), own
     expected = lowered(hood, own.copy(), slope, k, power=1)
     logs = np.log(np.maximum(own, np.finfo(float).tiny))
-    around = (smooth(logs, hood.index, k) * (k + 1) - logs) / k
-    lonely = logs - around > np.log(excess)
+    lonely = logs - _around(logs, hood, k) > np.log(excess)
     ratio = np.divide(own, expected, out=np.zeros(m), where=expected > 0)
     sparse = np.flatnonzero(ratio > excess)
     off = np.empty(len(sparse))
     off_surface(hood.points, sparse, hood.index, hood.distance, k, off)
     ratio[sparse[off <= OFF]] = 0.0
     return lonely, ratio, expected
+
+
+def _beside(hood: Neighborhood) -> NDArray[np.bool_]:
+    """Distinct points that stand alone, or nearly, off the plane of their neighbours."""
+    m, d = hood.points.shape
+    found = np.zeros(m, bool)
+    if hood.k < RING:
+        return found
+    spacing = np.exp(_around(np.log(np.maximum(plain_spacing(hood, RING), np.finfo(float).tiny)), hood, RING))
+    alone = np.flatnonzero(hood.distance[:, 1] > spacing)
+    ring = (hood.points[hood.index[alone, :RING]] - hood.points[alone, None]) / spacing[alone, None, None]
+    _, off = _planes(ring)
+    others = np.arange(RING) != off.argmax(axis=1)[:, None]
+    height, off = _planes(ring[others].reshape(-1, RING - 1, d))
+    usual = np.median(height) if len(alone) else 0.0
+    found[alone] = (height > max(1.0, CLEAR * usual)) & (height > CLEAR * off.max(axis=1, initial=0.0))
+    return found
+
+
+def _planes(corners: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Distances from the planes that fit sets of points (m, k, d) best: of the origin (m,), and of the points (m, k)."""
+    middle = corners.mean(axis=1, keepdims=True)
+    centred = corners - middle
+    normal = np.linalg.eigh(centred.transpose(0, 2, 1) @ centred)[1][:, :, :1]
+    return np.abs(middle @ normal)[:, 0, 0], np.abs(centred @ normal)[:, :, 0]
+
+
+def _around(values: NDArray[np.float64], hood: Neighborhood, k: int) -> NDArray[np.float64]:
+    """Mean over the neighbours of each point, without itself."""
+    return (smooth(values, hood.index, k) * (k + 1) - values) / k
