@@ -98,6 +98,17 @@ def outward(points: Array, faces: NDArray) -> NDArray:
     return np.where(inside[patch][:, None] % 2 == 1, faces[:, ::-1], faces)
 
 
+def one_spacing(points: Array, near: float) -> Iterator[recon.Mesh]:
+    """The steps of `recon.reconstruct` where nothing knows of local density: equal weights, and one spacing for all, of four."""
+    from recon.postprocess import remove_islands, split_pinches
+    from recon.surface import compact_mesh, label_surface
+
+    triangulation = recon.regular_triangulation(points)
+    for factor in FACTORS[::3]:
+        found = label_surface(triangulation, np.full(len(points), factor * near))
+        yield remove_islands(split_pinches(compact_mesh(points, found.faces))[0])[0]
+
+
 def identified(points: Array, vertices: Array, faces: NDArray) -> recon.Mesh:
     """A mesh whose vertices name the input row in the same place, where there is one."""
     if len(faces) == 0:
@@ -199,6 +210,7 @@ def meshlab_wrap(points: Array, near: float) -> Iterator[recon.Mesh]:
 RECON = "recon"
 WEIGHTS = {  # adaptive weights against uniform ones, in the same programs
     "recon, uniform weights": Contender("recon", True, False, ours(weights="uniform")),
+    "recon, one spacing, best of 4": Contender("recon", True, False, one_spacing),
     "W_0, closing weights": Contender("recon", True, True, closing),
     "W_0, covering weights": Contender("recon", True, True, covering),
     "W_0, best of 10 uniform": Contender("recon", True, True, uniform),
