@@ -95,11 +95,12 @@ def certain_outliers(points: ArrayLike | Neighborhood, *, threads: int | None = 
     -----
     As `outliers`, with a spacing that is expected to grow by 0.02 of the distance alone, so that outliers are seen among
     each other too. In return none is removed unless they stand apart: half as many again lie beyond 4.5 times the expected spacing as between
-    3 and 4.5 times. On sparse parts of a surface, and the more the sparser, it is the other way round. Repeated without those removed,
-    until no more are found. Where there are any, those beside the surface are removed too: samples with no more than one
-    other within the spacing there, by more than that off the plane of their neighbours (all eight but the one
-    farthest from it), by four times as much as any of these, and as is usual among such samples. An outlier within one
-    spacing of the surface, or four times its noise, passes for a sample.
+    3 and 4.5 times. On sparse parts of a surface, and the more the sparser, it is the other way round.
+
+    Where they do, those beside the surface are outliers as well: samples with no more than one other within the spacing
+    there, by more than that off the plane of their neighbours (all eight but the one farthest from it), by four times
+    as much as any of these, and as is usual among such samples. Repeated without those removed, until no more are
+    found. An outlier within one spacing of the surface, or four times its noise, passes for a sample.
 
     Examples
     --------
@@ -111,20 +112,16 @@ def certain_outliers(points: ArrayLike | Neighborhood, *, threads: int | None = 
     """
     hood = neighbors(points, RING, threads=threads)
     kept, here = np.arange(len(hood.points)), hood
-
-    def without(found: NDArray[np.bool_]) -> None:
-        nonlocal kept, here
-        here = neighbors(here.points[~found], RING, threads=threads)
-        kept = kept[~found][here.rows]
-
     while True:
         lonely, ratio, _ = _isolation(here, EXCESS, STEEP)
-        far, near = (ratio > APART * EXCESS).sum(), ((ratio > EXCESS) & (ratio <= APART * EXCESS)).sum()
-        if far <= APART * near:
+        sparse, far = ratio > EXCESS, ratio > APART * EXCESS
+        if here is hood and far.sum() <= APART * (sparse & ~far).sum():
+            break  # they do not stand apart
+        found = lonely | sparse if here is hood else lonely | sparse | _beside(here)
+        if not found.any():
             break
-        without(lonely | (ratio > EXCESS))
-    while len(kept) < len(hood.points) and (beside := _beside(here)).any():
-        without(beside)
+        here = neighbors(here.points[~found], RING, threads=threads)
+        kept = kept[~found][here.rows]
     removed = np.ones(len(hood.points), bool)
     removed[kept] = False
     return removed[hood.inverse]
