@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import math
 import reprlib
 from numbers import Integral, Real
 from types import ModuleType
@@ -61,7 +62,7 @@ def as_points(points: ArrayLike, dimension: int | None = None, name: str = "poin
     InvalidInput
         Not numeric, not two-dimensional, wrong d, no rows, NaN or infinite rows, beyond the admitted range.
     """
-    array = _as_float(points, name)
+    array = as_floats(points, name)
     if array.ndim != 2:
         raise InvalidInput(f"{name}: expected a two-dimensional array (n, d), got shape {array.shape}")
     if array.shape[1] < 1 or (dimension is not None and array.shape[1] != dimension):
@@ -72,9 +73,13 @@ def as_points(points: ArrayLike, dimension: int | None = None, name: str = "poin
     if not (np.abs(array) <= MAX_COORDINATE).all():
         bad = np.flatnonzero(~np.isfinite(array).all(axis=1))
         if len(bad):
-            raise InvalidInput(f"{name}: row {bad[0]} is not finite ({array[bad[0]]}), {len(bad)} such row(s) in all")
+            raise InvalidInput(
+                f"{name}: row {bad[0]} is not finite ({shown(array[bad[0]].tolist())}), {len(bad)} such row(s) in all"
+            )
         row = np.flatnonzero((np.abs(array) > MAX_COORDINATE).any(axis=1))[0]
-        raise InvalidInput(f"{name}: row {row} has a coordinate beyond {MAX_COORDINATE:g}: {array[row]}")
+        raise InvalidInput(
+            f"{name}: row {row} has a coordinate beyond {MAX_COORDINATE:g}: {shown(array[row].tolist())}"
+        )
     return array
 
 
@@ -101,13 +106,30 @@ def as_weights(weights: ArrayLike | None, n: int, name: str = "weights") -> NDAr
     """
     if weights is None:
         return np.zeros(n)
-    array = _as_float(weights, name)
+    array = as_floats(weights, name)
     if array.shape != (n,):
         raise InvalidInput(f"{name}: expected shape ({n},), one a point, got {array.shape}")
     bad = np.flatnonzero(~(np.abs(array) <= MAX_WEIGHT))
     if len(bad):
         raise InvalidInput(f"{name}: entry {bad[0]} is not finite or beyond {MAX_WEIGHT:g}: {array[bad[0]]}")
     return array
+
+
+def as_floats(values: ArrayLike, name: str) -> NDArray[np.float64]:
+    """Validate numbers in any shape and give them as float64, C order; a numeric cast only, never a parse.
+
+    Raises
+    ------
+    InvalidInput
+        Not numeric, not a rectangular array.
+    """
+    try:
+        array = np.asarray(values)
+    except ValueError as error:
+        raise InvalidInput(f"{name}: not a rectangular array ({error})") from error
+    if array.dtype.kind not in "fiub":
+        raise InvalidInput(f"{name}: expected numbers, got dtype {array.dtype}")
+    return np.asarray(array, dtype=np.float64, order="C")
 
 
 def as_number(value: Any, name: str, wanted: str = "a number") -> float:
@@ -127,18 +149,19 @@ def as_number(value: Any, name: str, wanted: str = "a number") -> float:
     raise InvalidInput(f"{name}: expected {wanted}, got {shown(value)}")
 
 
-def as_whole(value: Any, name: str, least: int) -> int:
+def as_whole(value: Any, name: str, least: int, most: float = math.inf) -> int:
     """Validate one whole number, Python's or numpy's, and give it as an int.
 
     Raises
     ------
     InvalidInput
-        Anything else, a flag or a float too; less than `least`.
+        Anything else, a flag or a float too; less than `least`, more than `most`.
     """
     number = _scalar(value)
-    if isinstance(number, Integral) and not isinstance(number, bool) and int(number) >= least:
+    if isinstance(number, Integral) and not isinstance(number, bool) and least <= int(number) <= most:
         return int(number)
-    raise InvalidInput(f"{name}: expected a whole number, at least {least}, got {shown(value)}")
+    wanted = f"at least {least}" if most == math.inf else f"{least} to {most:,}"
+    raise InvalidInput(f"{name}: expected a whole number, {wanted}, got {shown(value)}")
 
 
 def as_flag(value: Any, name: str, wanted: str = "True or False") -> bool:
@@ -163,7 +186,10 @@ def check_kind(value: Any, name: str, kind: type | tuple[type, ...], wanted: str
 
 def shown(value: Any) -> str:
     """Give a value as a message shows it: in one line, and not longer than that."""
-    return " ".join(reprlib.repr(value).split())
+    try:
+        return " ".join(reprlib.repr(value).split())
+    except ValueError:  # of a whole number with more digits than Python prints
+        return f"{type(value).__name__} too long to show"
 
 
 def require(module: str, extra: str) -> ModuleType:
@@ -198,14 +224,3 @@ def require(module: str, extra: str) -> ModuleType:
 def _scalar(value: Any) -> Any:
     """An array without dimensions counts as what it holds."""
     return value[()] if isinstance(value, np.ndarray) and value.ndim == 0 else value
-
-
-def _as_float(values: ArrayLike, name: str) -> NDArray[np.float64]:
-    """Give float64, C order; a numeric cast only, never a parse."""
-    try:
-        array = np.asarray(values)
-    except ValueError as error:
-        raise InvalidInput(f"{name}: not a rectangular array ({error})") from error
-    if array.dtype.kind not in "fiub":
-        raise InvalidInput(f"{name}: expected numbers, got dtype {array.dtype}")
-    return np.ascontiguousarray(array, dtype=np.float64)

@@ -202,7 +202,7 @@ def test_bad_input_is_refused_in_one_line():
     for bad in (grid, grid[:3], np.zeros((9, 3))):
         with pytest.raises(DegenerateInput, match="one plane"):
             weighting.closing_weights(bad)
-    with pytest.raises(InvalidInput, match="rounds: expected at least 1, got 0"):
+    with pytest.raises(InvalidInput, match="rounds: expected a whole number, 1 to 10,000, got 0"):
         weighting.closing_weights(OCTAHEDRON, rounds=0)
     with pytest.raises(InvalidInput, match="weights: expected shape"):
         weighting.closing_weights(OCTAHEDRON, [1.0])

@@ -307,7 +307,7 @@ def test_terms_refuse_malformed_points(name, points):
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda p: weighting.neighbors(p, 0), "at least 1 neighbour"),
+        (lambda p: weighting.neighbors(p, 0), "k: expected a whole number, at least 1, got 0"),
         (lambda p: weighting.neighbors(p, threads=0), "threads"),
         (lambda p: weighting.spacing(p, rounds=-1), "rounds"),
         (lambda p: weighting.adaptive_weights(p, radius="huge"), "radius"),

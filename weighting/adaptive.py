@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from recon.contracts import InvalidInput
+from recon.contracts import InvalidInput, as_number, shown
 
 from .covering import NEAR, WIDEST, coarse_spacing, cover_sq
 from .density import smooth_spacing
@@ -59,11 +59,12 @@ def adaptive_weights(
     See `spacing`, `covering`, `curvature`, `graded` and `outliers` for the terms. An outlier (d = 2 or 3) gets no more than the
     spacing to be expected where it is, and asks for no covering.
     """
-    if radius not in ("spacing", "covering"):
-        raise InvalidInput(f"radius: expected 'spacing' or 'covering', got {radius!r}")
+    if not isinstance(radius, str) or radius not in ("spacing", "covering"):
+        raise InvalidInput(f"radius: expected 'spacing' or 'covering', got {shown(radius)}")
+    cap = None if cap is None else as_number(cap, "cap", "a number above 0")
     if cap is not None and not cap > 0.0:
-        raise InvalidInput(f"cap: expected above 0, got {cap}")
-    between_0_and_1(theta)
+        raise InvalidInput(f"cap: expected a number above 0, got {cap}")
+    theta = between_0_and_1(theta)
     hood = neighbors(points, RING if radius == "spacing" and cap is None else NEAR, threads=threads)
     k = min(RING, hood.k)
     local = smooth_spacing(hood)

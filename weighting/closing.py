@@ -12,13 +12,13 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from recon.contracts import DegenerateInput, InvalidInput, as_points, as_weights
+from recon.contracts import DegenerateInput, InvalidInput, as_points, as_weights, as_whole
 from recon.regular import OUTWARD, RegularTriangulation, regular_triangulation
 
 from ._closing_program import Rows, curtains, expelled, facing, graded, step, walls
 from .adaptive import adaptive_weights
 from .covering import NEAR
-from .density import spacing
+from .density import MOST_ROUNDS, spacing
 from .neighborhood import RING, Neighborhood, neighbors
 
 if TYPE_CHECKING:
@@ -110,7 +110,7 @@ def closing_weights(
     Raises
     ------
     InvalidInput
-        Malformed points or weights, points not in 3-D, rounds < 1.
+        Malformed points or weights, points not in 3-D, rounds < 1 or more than 10,000.
     DegenerateInput
         Points that lie in one plane.
 
@@ -128,8 +128,7 @@ def closing_weights(
     >>> closing_weights(cloud.points)
     Closure(closed, 2000 faces, euler 0, 100.0% of the points)
     """
-    if rounds < 1:
-        raise InvalidInput(f"rounds: expected at least 1, got {rounds}")
+    rounds = as_whole(rounds, "rounds", 1, MOST_ROUNDS)
     if not isinstance(points, Neighborhood):
         points = as_points(points, 3)
     hood = neighbors(points, NEAR, threads=threads)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from recon.contracts import InvalidInput
+from recon.contracts import InvalidInput, as_number, as_whole
 from recon.threads import over_ranges
 
 from ._star import gaps, stars
@@ -62,8 +62,9 @@ def covering(
     >>> round(float(covering(square)[40] ** 2), 12)
     0.5
     """
+    k, widest = as_whole(k, "k", 1), as_number(widest, "widest", "a number above 0")
     if not widest > 0.0:
-        raise InvalidInput(f"widest: expected above 0, got {widest}")
+        raise InvalidInput(f"widest: expected a number above 0, got {widest}")
     hood = neighbors(points, k, threads=threads)
     return np.sqrt(cover_sq(hood, coarse_spacing(hood, k), min(k, hood.k), widest, threads))[hood.inverse]
 

@@ -7,12 +7,13 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from recon.contracts import InvalidInput
+from recon.contracts import as_whole
 
 from ._kernels import smooth
 from .neighborhood import RING, Neighborhood, neighbors
 
 ROUNDS = 4
+MOST_ROUNDS = 10_000  # averages over a hundred rings; and comes to an end
 
 
 def spacing(
@@ -41,7 +42,7 @@ def spacing(
     Raises
     ------
     InvalidInput
-        Malformed points, k < 1 or rounds < 0.
+        Malformed points, k < 1, rounds < 0 or more than 10,000.
 
     Notes
     -----
@@ -56,8 +57,7 @@ def spacing(
     >>> float(spacing(square).reshape(20, 20)[8:12, 8:12].mean().round(2))
     0.89
     """
-    if rounds < 0:
-        raise InvalidInput(f"rounds: expected 0 or more, got {rounds}")
+    k, rounds = as_whole(k, "k", 1), as_whole(rounds, "rounds", 0, MOST_ROUNDS)
     hood = neighbors(points, k, threads=threads)
     return smooth_spacing(hood, min(k, hood.k), rounds)[hood.inverse]
 

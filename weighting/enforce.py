@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_array, hstack, vstack
 from scipy.spatial import cKDTree
 
-from recon.contracts import DegenerateInput, InvalidInput, as_points, as_weights
+from recon.contracts import DegenerateInput, InvalidInput, as_points, as_weights, shown
 from recon.regular import RegularTriangulation, regular_triangulation
 
 from .contradiction import Contradiction, NotRegular, Simplex, contradiction
@@ -89,8 +89,8 @@ outside of a common face; leave one of them out
     """
     located = as_points(points)
     w = as_weights(weights, len(located))
-    if where not in ("R", "K_0"):
-        raise InvalidInput(f"where: expected 'R' or 'K_0', got {where!r}")
+    if not isinstance(where, str) or where not in ("R", "K_0"):
+        raise InvalidInput(f"where: expected 'R' or 'K_0', got {shown(where)}")
     asked = _as_simplices(simplices, len(located))
     _refuse_dependent(located, asked)
     if not _missing(regular_triangulation(located, w), asked, where):
@@ -309,11 +309,11 @@ def _as_simplices(simplices: Iterable[Sequence[int]] | ArrayLike, n: int) -> lis
     found: dict[Simplex, None] = {}
     try:
         listed = [np.asarray(row) for row in simplices]  # type: ignore[union-attr]
-    except TypeError as error:
-        raise InvalidInput(f"simplices: expected rows of int, got {simplices!r}") from error
+    except (TypeError, ValueError) as error:  # ValueError: a row of rows of several lengths
+        raise InvalidInput(f"simplices: expected rows of int, got {shown(simplices)}") from error
     for place, row in enumerate(listed):
         if row.ndim != 1 or row.dtype.kind not in "iu" or len(row) == 0:
-            raise InvalidInput(f"simplices: entry {place} is no row of int: {row.tolist()}")
+            raise InvalidInput(f"simplices: entry {place} is no row of int: {shown(row.tolist())}")
         if row.min() < 0 or row.max() >= n:
             raise InvalidInput(f"simplices: entry {place} is out of range 0 .. {n - 1}: {row.tolist()}")
         simplex = tuple(sorted(row.tolist()))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from recon.contracts import InvalidInput, as_weights
+from recon.contracts import InvalidInput, as_number, as_weights, as_whole
 
 from ._kernels import relax
 from .neighborhood import RING, Neighborhood, neighbors
@@ -42,7 +42,7 @@ def graded(
     -----
     A point j is hidden by i alone where w_i > w_j + |p_i - p_j|^2. The fixed point is unique, whatever the order.
     """
-    between_0_and_1(theta)
+    theta, k = between_0_and_1(theta), as_whole(k, "k", 1)
     hood = neighbors(points, k)
     values = as_weights(weights, len(hood.inverse))
     lowest = values[hood.rows]
@@ -51,10 +51,12 @@ def graded(
     return lowered(hood, lowest, theta, min(k, hood.k))[hood.inverse]
 
 
-def between_0_and_1(theta: float) -> None:
+def between_0_and_1(theta: float) -> float:
     """Refuse other slopes: from 1 on neighbours hide each other, below 0 there is no fixed point."""
-    if not 0.0 < theta < 1.0:
-        raise InvalidInput(f"theta: expected between 0 and 1, got {theta}")
+    slope = as_number(theta, "theta", "a number between 0 and 1")
+    if not 0.0 < slope < 1.0:
+        raise InvalidInput(f"theta: expected a number between 0 and 1, got {slope}")
+    return slope
 
 
 def lowered(

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
 
 from recon._kernels import spatial_sort
-from recon.contracts import InvalidInput, as_points
+from recon.contracts import InvalidInput, as_points, as_whole, shown
 from recon.threads import workers
 
 from ._kernels import curve_keys
@@ -105,11 +105,10 @@ def neighbors(points: ArrayLike | Neighborhood, k: int = RING, *, threads: int |
     >>> hood.distance[hood.inverse, 0].tolist(), hood.points[hood.index[hood.inverse, 0]].tolist()
     ([1.0, 2.0, 1.0, 2.0], [[1.0, 0.0], [1.0, 0.0], [0.0, 0.0], [1.0, 0.0]])
     """
-    if k < 1:
-        raise InvalidInput(f"k: expected at least 1 neighbour, got {k}")
+    k = as_whole(k, "k", 1)
     if isinstance(points, Neighborhood):
         if points.k < min(k, len(points.points) - 1):
-            raise InvalidInput(f"points: a neighbourhood of {points.k} neighbours, but {k} are needed")
+            raise InvalidInput(f"points: a neighbourhood of {points.k} neighbours, but {shown(k)} are needed")
         return points
     distinct, rows, inverse = _distinct(as_points(points) + 0.0)  # -0.0 is 0.0
     scale = 2.0 ** min(1023.0, -float(np.frexp(np.abs(distinct).max())[1]))  # exact

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from recon.contracts import InvalidInput
+from recon.contracts import InvalidInput, as_whole
 from recon.threads import over_ranges
 
 from ._kernels import smooth
@@ -127,8 +127,7 @@ def fit(hood: Neighborhood, k: int, threads: int | None) -> tuple[NDArray[np.flo
     m, d = hood.points.shape
     if d != 3:
         raise InvalidInput(f"points: a quadric needs d = 3, got {d}")
-    if k < TERMS:
-        raise InvalidInput(f"k: a quadric needs at least {TERMS} neighbours, got {k}")
+    k = as_whole(k, "k", TERMS)
     found = np.empty((m, 3)), np.empty((m, 2)), np.empty((m, 2)), np.empty(m), np.empty(m)
 
     def work(start: int, stop: int) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from recon.contracts import InvalidInput
+from recon.contracts import InvalidInput, as_number
 
 from ._kernels import off_surface, smooth
 from .density import plain_spacing
@@ -62,6 +62,7 @@ def outliers(
     >>> bool(found[cloud.is_outlier].mean() > 0.85), int(found[~cloud.is_outlier].sum())
     (True, 0)
     """
+    excess = as_number(excess, "excess", "a number above 1")
     hood = neighbors(points, RING, threads=threads)
     return strays(hood, excess)[0][hood.inverse]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from recon.contracts import as_floats
 from recon.threads import workers
 
 from .neighborhood import Neighborhood, neighbors
@@ -101,6 +102,11 @@ def sufficient_weight(
     ndarray of float64 [L^2]
         e^2 (1 + t / l) + 2 D t + t^2, where t = R^2 / l + 2 D.
 
+    Raises
+    ------
+    InvalidInput
+        What is not numeric.
+
     Notes
     -----
     Every ball nearby meets a normal of the surface in an interval whose middle is at most R^2 / (2 l) + D = t / 2 from
@@ -113,6 +119,6 @@ def sufficient_weight(
     >>> float(sufficient_weight(0.1, 1.0).round(6))
     0.0102
     """
-    e, l, d = (np.asarray(value, dtype=np.float64) for value in (covering, feature, noise))
-    t = (e if largest is None else np.asarray(largest, dtype=np.float64)) ** 2 / l + 2.0 * d
+    e, l, d = as_floats(covering, "covering"), as_floats(feature, "feature"), as_floats(noise, "noise")
+    t = (e if largest is None else as_floats(largest, "largest")) ** 2 / l + 2.0 * d
     return e**2 * (1.0 + t / l) + 2.0 * d * t + t**2

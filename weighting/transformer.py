@@ -7,11 +7,11 @@ from numpy.typing import ArrayLike, NDArray
 from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils.validation import check_array, check_is_fitted
 
-from recon.contracts import InvalidInput
+from recon.contracts import InvalidInput, check_kind
 
 from .adaptive import adaptive_weights
 from .covering import NEAR
-from .grading import THETA
+from .grading import THETA, between_0_and_1
 from .neighborhood import RING, Neighborhood, neighbors
 
 
@@ -53,6 +53,7 @@ class AdaptiveWeights(TransformerMixin, BaseEstimator):
     def fit(self, X: ArrayLike, y: object = None) -> AdaptiveWeights:
         """Learn the weights of points (n, d) [L]."""
         points = check_array(X, dtype=np.float64)
+        check_kind(self.radius, "radius", str, "'spacing' or 'covering'")
         k = RING if self.radius == "spacing" and self.cap is None else NEAR
         self._hood: Neighborhood = neighbors(points, k, threads=self.threads)
         self.weights_: NDArray[np.float64] = adaptive_weights(
@@ -73,7 +74,7 @@ class AdaptiveWeights(TransformerMixin, BaseEstimator):
         known = self.weights_[hood.rows]
         count = min(RING + 1, len(known))
         distance, index = hood.tree.query(places * hood.scale, range(1, count + 1))
-        bound = (known[index] + self.theta * (distance / hood.scale) ** 2).min(axis=1)
+        bound = (known[index] + between_0_and_1(self.theta) * (distance / hood.scale) ** 2).min(axis=1)
         return np.where(distance[:, 0] == 0.0, known[index[:, 0]], bound)[
             :, None
         ]  # not rounded at the points themselves
