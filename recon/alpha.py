@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .boundary import Boundary, boundary_at
 from .choice import Choice, choices
-from .contracts import InvalidInput, as_points, require
+from .contracts import InvalidInput, as_floats, as_points, require, shown
 from .intervals import Family
 from .location import find_simplices
 from .orthocenters import orthocenters
@@ -167,10 +167,10 @@ class AlphaComplex:
         try:
             vertices = sorted({index(row) for row in simplex})
         except TypeError as error:
-            raise InvalidInput(f"simplex: expected input rows, got {simplex!r}") from error
+            raise InvalidInput(f"simplex: expected input rows, got {shown(simplex)}") from error
         k, alpha = len(vertices) - 1, _as_alpha(alpha)
         if not 0 <= k <= self.dimension:
-            raise InvalidInput(f"simplex: expected 1 to {self.dimension + 1} input rows, got {simplex!r}")
+            raise InvalidInput(f"simplex: expected 1 to {self.dimension + 1} input rows, got {shown(simplex)}")
         if not (self.simplices(k) == vertices).all(axis=1).any():
             raise InvalidInput(f"simplex: {vertices} is none of the triangulation")
         found = []
@@ -335,7 +335,7 @@ class AlphaComplex:
     def _dimension(self, k: int) -> int:
         """Let a dimension of simplices through."""
         if isinstance(k, bool) or not isinstance(k, (int, np.integer)) or not 0 <= k <= self.dimension:
-            raise InvalidInput(f"k: expected an integer from 0 to {self.dimension}, got {k!r}")
+            raise InvalidInput(f"k: expected an integer from 0 to {self.dimension}, got {shown(k)}")
         return int(k)
 
     def _sorted_entries(self, k: int) -> NDArray[np.float64]:
@@ -404,7 +404,7 @@ def _as_alpha(alpha: float) -> float:
 
 def _as_alphas(alpha: ArrayLike) -> NDArray[np.float64]:
     """Let one or several alphas through."""
-    alphas = np.asarray(alpha)
-    if alphas.dtype.kind not in "fiu" or np.isnan(alphas).any():
-        raise InvalidInput(f"alpha: expected numbers, got {alpha!r}")
-    return alphas.astype(np.float64)
+    alphas = as_floats(alpha, "alpha")
+    if np.asarray(alpha).dtype == bool or np.isnan(alphas).any():
+        raise InvalidInput(f"alpha: expected numbers, got {shown(alpha)}")
+    return alphas

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .contracts import InvalidInput
+from .contracts import InvalidInput, as_floats, as_points, as_whole, check_kind, shown
 from .intersections import intersecting_chunks, zero_area
 from .mesh import Mesh
 from .proximity import FaceQueries, Frame, area_samples, area_vectors
@@ -17,6 +17,7 @@ from .references import Reference, as_reference, enclosed_volume
 from .topology import Topology, patches, topology
 
 THRESHOLDS = (0.001, 0.0025, 0.005, 0.01)
+_MOST_SAMPLES = 10**9
 
 MEANING = {
     "to_reference_mean": "mean distance from the mesh to the reference (accuracy)",
@@ -146,17 +147,24 @@ def measure(
     >>> value["euler"], value["closed"], value["outward"], round(value["volume"], 6)
     (2, True, True, 0.166667)
     """
-    if not isinstance(mesh, Mesh):
-        raise InvalidInput(f"mesh: expected a recon.Mesh, got {type(mesh).__name__}")
-    if samples < 1:
-        raise InvalidInput(f"samples: at least 1, got {samples}")
-    if any(not t > 0 for t in thresholds):
-        raise InvalidInput(f"thresholds: positive shares of the diagonal, got {list(thresholds)}")
+    check_kind(mesh, "mesh", Mesh, "a recon.Mesh")
+    samples, seed = as_whole(samples, "samples", 1, _MOST_SAMPLES), as_whole(seed, "seed", 0)
+    shares = as_floats(thresholds, "thresholds")
+    if shares.ndim != 1 or not (shares > 0).all():
+        raise InvalidInput(f"thresholds: expected positive shares of the diagonal, got {shown(thresholds)}")
+    n = None if points is None else _count(points)
+    reference = None if surface_or_reference is None else as_reference(surface_or_reference)
     own = _Measured(mesh)
-    metrics = list(_alone(own, points))
-    if surface_or_reference is not None:
-        metrics += _against(own, as_reference(surface_or_reference), samples, tuple(thresholds), seed)
+    metrics = list(_alone(own, n))
+    if reference is not None:
+        metrics += _against(own, reference, samples, tuple(shares.tolist()), seed)
     return metrics
+
+
+def _count(points: int | ArrayLike) -> int:
+    """How many the input points are, given them or their number."""
+    alone = not isinstance(points, (list, tuple)) and np.ndim(points) == 0
+    return as_whole(points, "points", 1) if alone else len(as_points(points))
 
 
 class _Measured:
@@ -178,7 +186,7 @@ class _Measured:
             self.area = float(length.sum()) * frame.scale(2)
 
 
-def _alone(own: _Measured, points: int | ArrayLike | None) -> Iterator[Metric]:
+def _alone(own: _Measured, n: int | None) -> Iterator[Metric]:
     """What a mesh tells of itself."""
     mesh, shape = own.mesh, own.shape
     yield Metric("area", "L^2", own.area)
@@ -192,13 +200,11 @@ def _alone(own: _Measured, points: int | ArrayLike | None) -> Iterator[Metric]:
     for name in ("closed", "manifold", "orientable", "oriented"):
         yield Metric(name, "yes/no", getattr(shape, name))
     yield Metric("outward", "yes/no", _outward(own))
-    if points is not None:
-        rows = np.asarray(points)
-        n = len(rows) if rows.ndim else int(rows)
+    if n is not None:
         source = mesh.vertex_source[np.unique(mesh.faces)]
         used = np.unique(source[source >= 0])
-        if n < 1 or (len(used) and used[-1] >= n):
-            raise InvalidInput(f"points: {n} input points, but a vertex comes from row {used.max(initial=-1)}")
+        if len(used) and used[-1] >= n:
+            raise InvalidInput(f"points: {n} input points, but a vertex comes from row {used[-1]}")
         yield Metric("points_used", "1", len(used) / n)
 
 

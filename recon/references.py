@@ -157,7 +157,7 @@ class _CloudReference:
     orientable = True
 
     def __init__(self, points: ArrayLike):
-        self._points = as_points(np.asarray(points), 3, "reference")
+        self._points = as_points(points, 3, "reference")
         self.bounds = np.array([self._points.min(axis=0), self._points.max(axis=0)])
         self._frame = Frame(self._points)
         self._tree = cKDTree(self._frame.into(self._points))

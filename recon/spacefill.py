@@ -12,7 +12,7 @@ from ._kernels import spacefill as kernels
 from ._kernels.sizes import settle
 from .alpha import AlphaComplex, alpha_complex
 from .cavities import Cavities, balls_within, contents
-from .contracts import InvalidInput, as_points
+from .contracts import InvalidInput, as_number, as_points, shown
 from .intervals import Family
 from .outside import FILLED, OUTSIDE, Outside
 from .power import adjacency
@@ -122,7 +122,7 @@ class SpaceFillingDiagram:
         """
         d = self.dimension
         if isinstance(l, bool) or not isinstance(l, (int, np.integer)) or not 0 <= l < d:
-            raise InvalidInput(f"l: expected an integer from 0 to {d - 1}, got {l!r}")
+            raise InvalidInput(f"l: expected an integer from 0 to {d - 1}, got {shown(l)}")
         k = d - int(l) - 1
         if self.complex.dimension < d - 1:
             return faces_in_wide_space(self._spheres, self.complex, self.alpha, k)
@@ -288,9 +288,9 @@ def space_filling_diagram(
     located = given.points if isinstance(given, RegularTriangulation) else as_points(given)
     if located.shape[1] > 3:
         raise InvalidInput(f"points: measured in up to 3-D, got {located.shape[1]} columns")
-    value = np.asarray(alpha)
-    if value.ndim or value.dtype.kind not in "fiu" or not np.isfinite(value):
-        raise InvalidInput(f"alpha: expected one finite number, got {alpha!r}")
+    alpha = as_number(alpha, "alpha", "one finite number")
+    if not math.isfinite(alpha):
+        raise InvalidInput(f"alpha: expected one finite number, got {alpha}")
     if isinstance(points_or_complex, AlphaComplex):
-        return SpaceFillingDiagram(points_or_complex, float(value))
-    return SpaceFillingDiagram(alpha_complex(points_or_complex, weights), float(value))
+        return SpaceFillingDiagram(points_or_complex, alpha)
+    return SpaceFillingDiagram(alpha_complex(points_or_complex, weights), alpha)

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .contracts import DegenerateInput, InvalidInput, as_points
+from .contracts import DegenerateInput, InvalidInput, as_number, as_points
 from .mesh import Mesh
 from .regular import OUTWARD, RegularTriangulation
 from .repair import repair
@@ -152,7 +152,7 @@ def alpha_shape(points: ArrayLike, radius: float) -> Mesh:
     Raises
     ------
     InvalidInput
-        Malformed points, or a radius that is negative or NaN.
+        Malformed points, or a radius that is no number, negative or NaN.
     DegenerateInput
         All points on a line or in one spot. Points in one plane give the triangles of their alpha complex.
 
@@ -164,11 +164,10 @@ def alpha_shape(points: ArrayLike, radius: float) -> Mesh:
     from .alpha import alpha_complex
 
     located = as_points(points, 3)
-    if not isinstance(radius, (int, float, np.number)) or not radius >= 0:
-        raise InvalidInput(f"radius: expected a non-negative length, got {radius!r}")
-    return compact_mesh(
-        located, exposed_faces(alpha_complex(located), min(float(radius), 1e154) ** 2)
-    )  # beyond: all of R
+    radius = as_number(radius, "radius", "a non-negative length")
+    if not radius >= 0:
+        raise InvalidInput(f"radius: expected a non-negative length, got {radius}")
+    return compact_mesh(located, exposed_faces(alpha_complex(located), min(radius, 1e154) ** 2))  # beyond: all of R
 
 
 def exposed_faces(family: AlphaComplex, alpha: float) -> NDArray[np.int64]:

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..contracts import MAX_COORDINATE, InvalidInput, as_points
+from ..contracts import MAX_COORDINATE, InvalidInput, as_flag, as_points, as_whole, check_kind
 from ..mesh import Mesh
 from . import formats
 from .cloud import Content, PointCloud
@@ -63,7 +63,7 @@ def read_points(path: Path, *, format: str | None = None, drop_invalid: bool = F
     >>> read_points(path).points.tolist()[0]
     [500000.123, 4649776.25, 1.0]
     """
-    name = display_name(path)
+    name, drop_invalid = display_name(path), as_flag(drop_invalid, "drop_invalid")
     content = formats.read(read_bytes(path), name, _extension(path), format)
     return _checked(content, name, drop_invalid)
 
@@ -107,7 +107,7 @@ def read(path: Path, *, format: str | None = None, drop_invalid: bool = False) -
     -------
     Mesh or PointCloud
     """
-    name = display_name(path)
+    name, drop_invalid = display_name(path), as_flag(drop_invalid, "drop_invalid")
     content = formats.read(read_bytes(path), name, _extension(path), format)
     return _mesh(content, name) if _has_faces(content) else _checked(content, name, drop_invalid)
 
@@ -131,6 +131,7 @@ def read_weights(path: Path, n: int) -> NDArray[np.float64]:
         Malformed, or another number of weights.
     """
     name = display_name(path)
+    n = as_whole(n, "n", 0)
     weights = formats.read_numbers(read_bytes(path), name)
     if len(weights) != n:
         raise InvalidInput(f"{name}: has {count_of(len(weights), 'weight')} for {count_of(n, 'point')}")
@@ -161,6 +162,7 @@ def write_mesh(mesh: Mesh, path: Path, *, format: str | None = None) -> tuple[st
     InvalidInput
         Unknown format, or the file cannot be written.
     """
+    check_kind(mesh, "mesh", Mesh, "a recon.Mesh")
     kind = formats.writer_for(path, format, formats.MESH_WRITERS)
     attributes = dict(mesh.attributes)
     if not np.array_equal(mesh.vertex_source, np.arange(len(mesh.vertices))):
@@ -204,8 +206,10 @@ def write_points(
         raise InvalidInput(f"points: expected 2 or 3 columns, got {array.shape[1]}")
     if attributes is None and isinstance(points, PointCloud):
         attributes = points.attributes
+    check_kind(attributes, "attributes", (Mapping, type(None)), "names and arrays in a dict")
     carried = {key: np.asarray(value) for key, value in (attributes or {}).items()}
     for key, value in carried.items():
+        check_kind(key, "attributes", str, "text as name")
         if value.shape[:1] != (len(array),):
             raise InvalidInput(f"attribute {key!r}: expected {len(array)} rows, got shape {value.shape}")
     kept = formats.kept(kind, carried)

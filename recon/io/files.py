@@ -11,11 +11,11 @@ import threading
 from collections.abc import Iterator
 from itertools import chain
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 from numpy.typing import NDArray
 
-from ..contracts import InvalidInput
+from ..contracts import InvalidInput, shown
 
 STREAM = "-"
 _ROWS = 1 << 16
@@ -23,9 +23,26 @@ _unfinished: set[str] = set()  # files that are being written, under their tempo
 _lock = threading.Lock()  # held while one is made and noted
 
 
+def as_path(path: Any) -> str:
+    """Validate a path and give it as text.
+
+    Raises
+    ------
+    InvalidInput
+        What is none: no text, a null byte in it, bytes, or a number, which Python would take for that of an open file.
+    """
+    name = os.fspath(path) if isinstance(path, (str, os.PathLike)) else None
+    if not isinstance(name, str):
+        raise InvalidInput(f"path: expected a path, got {shown(path)}")
+    if not name or "\0" in name:
+        raise InvalidInput(f"path: {shown(name)} is no file name")
+    return name
+
+
 def display_name(path: str | os.PathLike[str], stream: str = "standard input") -> str:
-    """Give what messages call a path."""
-    return stream if os.fspath(path) == STREAM else os.fspath(path)
+    """Give what messages call a path: in one line, and in characters that can be written."""
+    name = as_path(path)
+    return stream if name == STREAM else name if name.isprintable() else ascii(name)[1:-1]
 
 
 def read_bytes(path: str | os.PathLike[str]) -> bytes:
@@ -44,7 +61,7 @@ def read_bytes(path: str | os.PathLike[str]) -> bytes:
     except IsADirectoryError as error:
         raise InvalidInput(f"{name}: is a folder, a file was expected") from error
     except (OSError, ValueError) as error:
-        raise InvalidInput(f"{ascii(name)[1:-1]}: cannot be read ({_reason(error)})") from error
+        raise InvalidInput(f"{name}: cannot be read ({_reason(error)})") from error
     if not data:
         raise InvalidInput(f"{name}: is empty")
     return data
@@ -58,17 +75,14 @@ def check_writable(path: str | os.PathLike[str]) -> None:
     InvalidInput
         A folder, in a folder that does not exist or where nothing can be made, or a file that is write-protected.
     """
-    name = os.fspath(path)
-    if name == STREAM:
+    if as_path(path) == STREAM:
         return
-    if not name or "\0" in name:
-        raise InvalidInput(f"{name!r}: is no file name")
-    target = os.path.realpath(name)
+    name, target = display_name(path), os.path.realpath(path)
     folder = os.path.dirname(target)
-    if os.path.isdir(target) or name.endswith(("/", os.sep)):
+    if os.path.isdir(target) or as_path(path).endswith(("/", os.sep)):
         raise InvalidInput(f"{name}: is a folder, name a file in it")
     if not os.path.isdir(folder):
-        raise InvalidInput(f"{name}: cannot be written, there is no folder {folder}")
+        raise InvalidInput(f"{name}: cannot be written, there is no folder {display_name(folder)}")
     if os.path.exists(target) and not os.access(target, os.W_OK):
         raise InvalidInput(f"{name}: is write-protected")
     if _is_regular(target):
@@ -93,7 +107,7 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
     InvalidInput
         The file cannot be written.
     """
-    if os.fspath(path) == STREAM or not _is_regular(os.path.realpath(path)):
+    if as_path(path) == STREAM or not _is_regular(os.path.realpath(path)):
         with _directly(path) as file:
             yield file
         return
@@ -110,7 +124,7 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
         _unfinished.discard(temporary)
     except OSError as error:
         _discard(temporary)
-        raise InvalidInput(f"{os.fspath(path)}: cannot be written ({_reason(error)})") from error
+        raise InvalidInput(f"{display_name(path)}: cannot be written ({_reason(error)})") from error
     except BaseException:
         _discard(temporary)
         raise

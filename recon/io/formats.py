@@ -9,10 +9,10 @@ from typing import BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from ..contracts import InvalidInput
+from ..contracts import InvalidInput, shown
 from . import arrays, glb, las, molecules, obj, off, pcd, ply, stl, text
 from .cloud import Content
-from .files import STREAM, check_writable
+from .files import STREAM, as_path, check_writable, display_name
 
 _TEXT = ("xyz", "asc", "pts", "pwn", "txt", "csv", "tsv", "xyzn", "xyzrgb", "xyzr")
 _READ_BY_EXTENSION = {
@@ -59,8 +59,8 @@ def read(data: bytes, name: str, extension: str, format: str | None) -> Content:
         Unknown, or malformed.
     """
     if format is not None:
-        if format not in READERS:
-            raise InvalidInput(f"{format!r} is no format that can be read; there are {', '.join(READERS)}")
+        if not isinstance(format, str) or format not in READERS:
+            raise InvalidInput(f"format: {shown(format)} is no format that can be read; there are {', '.join(READERS)}")
         kind, extension = _READ_BY_EXTENSION[format], format
     else:
         kind = recognise(data, name, extension)
@@ -95,17 +95,18 @@ def writer_for(path: str | os.PathLike[str], format: str | None, writers: Mappin
     InvalidInput
         Unknown format or extension; see also `files.check_writable`.
     """
-    name = os.fspath(path)
+    name = as_path(path)
     known = ", ".join(writers)
     if format is not None:
-        if format not in writers:
-            raise InvalidInput(f"{format!r} is no format that can be written here; there are {known}")
+        if not isinstance(format, str) or format not in writers:
+            raise InvalidInput(f"format: {shown(format)} is no format that can be written here; there are {known}")
     elif name == STREAM:
         format = "ply"
     else:
         format = os.path.splitext(name)[1][1:].lower()
         if format not in writers:
-            said = f"extension .{format} is unknown" if format else "no extension"
+            name = display_name(path)
+            said = f"extension {os.path.splitext(name)[1].lower()} is unknown" if format else "no extension"
             raise InvalidInput(f"{name}: {said}, so the format is too; use one of {known}")
     check_writable(path)
     return writers[format]
