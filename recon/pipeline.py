@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     import trimesh
 
 Progress = Callable[[str, float], None]
+BESIDE = 1 / 8  # share of the samples beside a closed surface from which on it is read as a sheet
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -185,34 +186,43 @@ def reconstruct(
     triangulation = regular_triangulation(located, w)
 
     clock.start("surface")
-    layered = 0.0 if samples.figures["denoised"] else samples.figures.get("layered_share", 0.0)
     if surface == "complex":
         found = _literal(triangulation)
-    elif surface == "auto" and layered > 0.5:
-        reason = f"{layered:.0%} of the cloud lie in two sheets a spacing apart"
-        found = label_surface(triangulation, spacing, "closed", threads=threads)
-        found = replace(found, reason=reason, confidence=2 * layered - 1)
     else:
         found = label_surface(triangulation, spacing, surface, threads=threads)
     if len(found.faces) == 0:
         raise DegenerateInput(_nothing_left(found, triangulation, alpha))
 
     clock.start("clean")
+    mesh, shape, copies, islands = _cleaned(located, found, carried, clean, threads)
+    beside = 1 - len(np.unique(mesh.vertex_source)) / len(hood.points)
+    if surface == "auto" and found.kind == "closed" and beside > BESIDE:
+        found = label_surface(triangulation, spacing, "open", threads=threads)
+        reason = f"{beside:.0%} of the samples would lie beside the closed surface"
+        found = replace(found, reason=reason, confidence=min((beside - BESIDE) / (0.5 - BESIDE), 1.0))
+        mesh, shape, copies, islands = _cleaned(located, found, carried, clean, threads)
+
+    clock.start("report")
+    sections = _figures(samples, spacing, w, weights, triangulation, found, mesh, shape, copies, islands)
+    seconds = clock.stop()
+    return Reconstruction(
+        mesh, w, triangulation, found.kind, found.confidence, Report({**sections, "seconds": seconds})
+    )
+
+
+def _cleaned(
+    located: NDArray[np.float64], found: Surface, carried: dict[str, NDArray], clean: bool, threads: int | None
+) -> tuple[Mesh, Topology, int, int]:
+    """The mesh of a surface, what it is, and how many vertices were copied and pieces removed."""
     mesh = compact_mesh(located, found.faces, carried)
     shape, copies, islands = topology(mesh.faces, threads=threads), 0, 0
     if clean and not shape.manifold:
         mesh, copies = split_pinches(mesh)
     if clean and found.kind != "complex" and (copies or shape.components > 1):
         mesh, islands = remove_islands(mesh)
-
-    clock.start("report")
     if copies or islands:
         shape = topology(mesh.faces, threads=threads)
-    sections = _figures(samples, spacing, w, weights, triangulation, found, mesh, shape, copies, islands)
-    seconds = clock.stop()
-    return Reconstruction(
-        mesh, w, triangulation, found.kind, found.confidence, Report({**sections, "seconds": seconds})
-    )
+    return mesh, shape, copies, islands
 
 
 def _weigh(weights: Any, hood: weighting.Neighborhood, spacing: NDArray[np.float64]) -> NDArray[np.float64]:

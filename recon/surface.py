@@ -27,11 +27,8 @@ if TYPE_CHECKING:
 
 Kind = Literal["auto", "closed", "open"]
 OPEN_GATE = 2.5  # widest facet of an open sheet [local spacings]; the rest closes it over its boundary
-# A void stands when it is deeper than its gate by DEEPER, the gate a leak between samples and no opening of the surface
-# (LEAK local spacings at most), or when it is deeper by SURE; a closed surface has more than this SHARE of its samples on such
-# voids, and less at facets wider than OPEN_GATE.
-DEEPER, LEAK, SURE = np.float32(1.2), np.float32(5), np.float32(2)
-SHARE = 1 / 8
+# A closed surface has less than this share of its area in walls, facets wider than those of a sheet: no samples vouch for them.
+WALLS = 1 / 4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -82,9 +79,8 @@ def label_surface(
     spacing : (n,) ndarray of float64 [L]
         Local distance between samples.
     kind : {"auto", "closed", "open"}
-        Closed: the boundary of a solid, leaks closed by the smallest facets. Open: sheets with a boundary. Auto: closed
-        when more than an eighth of the samples lie on voids that stand (see `DEEPER`, `LEAK`, `SURE`), and no more than that
-        at walls that are wider than facets of a sheet.
+        Closed: the boundary of a solid, leaks closed by the smallest facets. Open: sheets with a boundary. Auto: closed,
+        unless a quarter of the area of that would be walls, facets wider than those of a sheet.
     threads : int, optional
         All by default. The result does not depend on it.
 
@@ -117,21 +113,17 @@ def label_surface(
     evidence = _Evidence(triangulation, spacing, threads)
     if kind == "open":
         return evidence.open("asked for", 1.0)
-    if kind == "closed":
-        return evidence.closed("asked for", 1.0)[0]
-    share = evidence.share_on_voids()
-    if share <= SHARE:
-        return evidence.open(f"only {share:.1%} of the samples lie on voids that stand", _certainty(share))
-    found, walled = evidence.closed(f"{share:.1%} of the samples lie on voids that stand", 1.0)
-    confidence = min(_certainty(share), _certainty(walled))
-    if walled <= SHARE:
-        return replace(found, confidence=confidence)
-    return evidence.open(f"{walled:.1%} of the samples would lie at walls wider than a sheet's facets", confidence)
-
-
-def _certainty(share: float) -> float:
-    """How far a share is from the threshold: 0 at it, 1 from eight times less on, or where it is all."""
-    return float(min(abs(np.log2(max(share, SHARE**2) / SHARE) / np.log2(SHARE)), 1.0))
+    sides, passed = evidence.closed_sides()
+    walls = evidence.walls(evidence.faces(evidence.between(sides))) if kind == "auto" else 0.0
+    if walls < WALLS:
+        found, walls = evidence.closed(sides, passed)
+        if kind == "closed":
+            return found
+        if walls < WALLS:
+            reason = f"only {walls:.1%} of the closed surface is walls, facets wider than a sheet's"
+            return replace(found, reason=reason, confidence=1 - walls / WALLS)
+    sure = min((walls - WALLS) / (0.5 - WALLS), 1.0)  # a flat sheet that is closed over is half walls
+    return evidence.open(f"{walls:.0%} of the closed surface would be walls, facets wider than a sheet's", sure)
 
 
 def alpha_shape(points: ArrayLike, radius: float) -> Mesh:
@@ -262,29 +254,11 @@ class _Evidence:
             lambda: forest.facet_evidence(self.links, self.gate, m),  # widest gate first, and their gates
         )
         self.pole, self.anti, self.trust, self.normals = found
-        self.depth, self.threads = depth, threads
-        self._closed: tuple[NDArray[np.int8], int] | None = None
+        self.threads = threads
         self.centers = centers
-
-    def share_on_voids(self) -> float:
-        """Share of the vertices that have nodes inside and outside of the voids that stand.
-
-        The closed sides are found meanwhile: most clouds are closed.
-        """
-        from ._kernels.forest import voids
-
-        ground = self.links, self.depth, len(self.cells), *self.facets, DEEPER, LEAK, SURE
-        inside, self._closed = together(self.threads, lambda: voids(*ground), self._forest)
-        seen = np.zeros((len(self.points) + 1, 2), bool)
-        seen[self.nodes, inside.astype(np.int8)[:, None]] = True
-        vertices = seen[:-1].any(axis=1)
-        return float(seen[:-1].all(axis=1).sum() / vertices.sum())
 
     def closed_sides(self) -> tuple[NDArray[np.int8], int]:
         """Side of every node, 0 outside; and the samples passed over."""
-        return self._closed or self._forest()
-
-    def _forest(self) -> tuple[NDArray[np.int8], int]:
         from ._kernels.forest import signed_forest
 
         facets, keys = self.facets
@@ -324,17 +298,23 @@ class _Evidence:
 
         return corners_of(self.cells, facets, OUTWARD)
 
-    def closed(self, reason: str, confidence: float) -> tuple[Surface, float]:
-        """All facets between inside and outside; and the share of samples at those too wide for a sheet."""
-        sides, passed = self.closed_sides()
+    def closed(self, sides: NDArray[np.int8], passed: int) -> tuple[Surface, float]:
+        """All facets between inside and outside, once `sides` are mended; and the share of walls."""
         excess = self.repair(sides, np.inf)
         facets = self.between(sides)
         faces = self.faces(facets)
         buried, pinched = int((excess < 0).sum()), int((excess > 0).sum())
         bridged = self.leak.ravel()[facets]
-        walls = faces[self.gate.ravel()[facets] > OPEN_GATE]
-        share = self.corners(walls).sum() / max(1, self.corners(faces).sum())
-        return Surface(self.rows(faces), bridged, "closed", confidence, reason, buried, pinched, passed), share
+        return Surface(self.rows(faces), bridged, "closed", 1.0, "asked for", buried, pinched, passed), self.walls(
+            faces
+        )
+
+    def walls(self, faces: NDArray[np.int32]) -> float:
+        """Share of the area in facets whose circumradius is above that of a sheet's."""
+        from ._kernels.forest import areas
+
+        wide, whole = areas(self.points, self.spacing, faces, OPEN_GATE)
+        return wide / whole if whole > 0 else 1.0
 
     def corners(self, simplices: NDArray[np.integer]) -> NDArray[np.bool_]:
         """Which points are vertices of these simplices (n,)?"""

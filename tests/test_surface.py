@@ -56,6 +56,17 @@ def test_voids_between_the_turns_of_a_roll_do_not_close_it():
     assert (t.euler, t.boundary_loops) == (1, 1)
 
 
+@pytest.mark.parametrize(
+    "name", [*CLOSED, "thin_plate", "hemisphere", "paraboloid", "swiss_roll", "wavy_sheet", "mobius_band"]
+)
+@pytest.mark.parametrize("seed", range(2))
+def test_closed_and_open_are_told_apart_at_any_density(name, seed):
+    truth = datasets_synthetic.surface(name)
+    kind = "closed" if name in (*CLOSED, "thin_plate") else "open"
+    for density in (10.0, 50.0):
+        assert recon.reconstruct(truth.sample(3000, density=density, rng=seed).points).surface == kind
+
+
 @pytest.mark.parametrize("ratio", [1, 10, 50])
 def test_density_ratios_do_no_harm(ratio):
     cloud = datasets_synthetic.surface("torus").sample(5000, density=ratio, rng=1).points

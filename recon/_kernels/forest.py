@@ -1,4 +1,4 @@
-"""Which side of the surface each node lies on: evidence weighed by a signed spanning forest, and voids by a plain one.
+"""Which side of the surface each node lies on: evidence weighed by a signed spanning forest, and the facets between the sides.
 
 Nodes and their links, gates and poles are those of `sides`.
 """
@@ -8,7 +8,6 @@ from __future__ import annotations
 import numpy as np
 
 from .compile import kernel
-from .union import root
 
 _BLOCK = 128  # facets at a time
 
@@ -72,42 +71,6 @@ def facet_evidence(links, gate, m):
         keys[f] = gate[facets[f] >> 2, facets[f] & 3]
     descending(keys, facets)
     return facets, keys
-
-
-@kernel
-def voids(links, depth, m, facets, keys, ratio, widest, sure):
-    """Which nodes lie in a void that stands (N,): a component that, when its gate opens to a deeper one, is deeper than
-    the gate by `ratio`, the gate no wider than `widest`; or deeper by `sure`, however wide the gate. Infinity is deepest."""
-    N = len(links)
-    parent, deepest = np.empty(N, np.int32), np.zeros(N, np.float32)
-    for x in range(N):
-        parent[x] = min(x, m)
-        if x < m:
-            deepest[x] = depth[x]
-    deepest[m] = np.inf
-    joined = np.full(N, -1, np.int32)
-    stands = np.zeros(N, np.bool_)
-    one, two = np.empty(_BLOCK, np.int64), np.empty(_BLOCK, np.int64)
-    for f in range(len(facets)):
-        if f % _BLOCK == 0:  # ahead of time, all at once: memory answers many questions as fast as one
-            for i in range(f, min(f + _BLOCK, len(facets))):
-                one[i - f], two[i - f] = parent[facets[i] >> 2], parent[links[facets[i] >> 2, facets[i] & 3]]
-        a, b = root(parent, one[f % _BLOCK]), root(parent, two[f % _BLOCK])
-        if a == b:
-            continue
-        if deepest[a] < deepest[b] or (deepest[a] == deepest[b] and a > b):
-            a, b = b, a
-        parent[b] = a
-        joined[b] = a
-        times = deepest[b] / keys[f] if keys[f] > 0 else np.float32(np.inf)
-        stands[b] = (times >= ratio and keys[f] <= widest) or times >= sure
-    inside = np.zeros(N, np.bool_)
-    for x in range(m):
-        y = np.int64(x)
-        while y >= 0 and not stands[y]:
-            y = joined[y]
-        inside[x] = y >= 0
-    return inside
 
 
 @kernel
@@ -190,3 +153,21 @@ def corners_of(cells, facets, opposite):
         for j in range(3):
             faces[f, j] = cells[facets[f] >> 2, opposite[facets[f] & 3, j]]
     return faces
+
+
+@kernel
+def areas(points, spacing, faces, widest):
+    """Twice the area of the faces with a circumradius above `widest` local spacings, and twice that of all."""
+    wide, whole = 0.0, 0.0
+    for f in range(len(faces)):
+        i, j, k = faces[f]
+        ax, ay, az = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
+        bx, by, bz = points[k, 0] - points[i, 0], points[k, 1] - points[i, 1], points[k, 2] - points[i, 2]
+        nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+        aa, bb = ax * ax + ay * ay + az * az, bx * bx + by * by + bz * bz
+        cc = (bx - ax) ** 2 + (by - ay) ** 2 + (bz - az) ** 2
+        double = np.sqrt(nx * nx + ny * ny + nz * nz)
+        whole += double
+        if np.sqrt(aa) * np.sqrt(bb) * np.sqrt(cc) > 2 * double * widest * (spacing[i] + spacing[j] + spacing[k]) / 3:
+            wide += double
+    return wide, whole
