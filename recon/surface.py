@@ -29,6 +29,7 @@ Kind = Literal["auto", "closed", "open"]
 OPEN_GATE = 2.5  # widest facet of an open sheet [local spacings]; the rest closes it over its boundary
 # A closed surface has less than this share of its area in walls, facets wider than those of a sheet: no samples vouch for them.
 WALLS = 1 / 4
+BUBBLE = 32  # samples for each piece of it, or more: a flat and noisy sheet falls into bubbles of some twenty
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,7 +81,8 @@ def label_surface(
         Local distance between samples.
     kind : {"auto", "closed", "open"}
         Closed: the boundary of a solid, leaks closed by the smallest facets. Open: sheets with a boundary. Auto: closed,
-        unless a quarter of the area of that would be walls, facets wider than those of a sheet.
+        unless a quarter of the area of that would be walls, facets wider than those of a sheet, or it falls into bubbles
+        of less than 32 samples.
     threads : int, optional
         All by default. The result does not depend on it.
 
@@ -114,6 +116,10 @@ def label_surface(
     if kind == "open":
         return evidence.open("asked for", 1.0)
     sides, passed = evidence.closed_sides()
+    bubbles = evidence.pieces(sides) - 2 if kind == "auto" else 0
+    if bubbles * BUBBLE > len(spacing):
+        sure = min(bubbles * BUBBLE / len(spacing) - 1, 1.0)
+        return evidence.open(f"the closed surface would fall into {bubbles} bubbles", sure)
     walls = evidence.walls(evidence.faces(evidence.between(sides))) if kind == "auto" else 0.0
     if walls < WALLS:
         found, walls = evidence.closed(sides, passed)
@@ -307,6 +313,15 @@ class _Evidence:
         bridged = self.leak.ravel()[facets]
         return Surface(self.rows(faces), bridged, "closed", 1.0, "asked for", buried, pinched, passed), self.walls(
             faces
+        )
+
+    def pieces(self, sides: NDArray[np.int8]) -> int:
+        """Components of nodes of one side."""
+        from ._kernels.components import number_components
+
+        count = len(sides)
+        return number_components(
+            self.links, sides, np.empty(count, np.int32), np.empty(count + 1, np.int64), np.empty(count, np.int32)
         )
 
     def walls(self, faces: NDArray[np.int32]) -> float:

@@ -49,6 +49,14 @@ def test_open_sheets_keep_their_boundary_and_every_sample(name, noise):
     recon.certify(result)
 
 
+@pytest.mark.parametrize("noise", [0.1, 0.5])
+def test_a_flat_sheet_with_noise_is_no_heap_of_bubbles(noise):
+    truth = datasets_synthetic.surface("disk")
+    result = recon.reconstruct(truth.sample(5000, noise=noise * np.sqrt(truth.area / 5000), rng=0).points)
+    assert result.surface == "open" and "bubbles" in result.report["surface"]["because"]
+    assert topology(result.mesh.faces).euler == 1
+
+
 def test_voids_between_the_turns_of_a_roll_do_not_close_it():
     result = recon.reconstruct(datasets_synthetic.surface("swiss_roll").sample(1500, rng=0).points)
     assert result.surface == "open" and "walls" in result.report["surface"]["because"]
