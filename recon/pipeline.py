@@ -195,7 +195,7 @@ def reconstruct(
 
     clock.start("clean")
     mesh, shape, copies, islands = _cleaned(located, found, carried, clean, threads)
-    beside = 1 - len(np.unique(mesh.vertex_source)) / len(hood.points)
+    beside = 1 - np.count_nonzero(np.bincount(mesh.vertex_source)) / len(hood.points)
     if surface == "auto" and found.kind == "closed" and beside > BESIDE:
         found = label_surface(triangulation, spacing, "open", threads=threads)
         reason = f"{beside:.0%} of the samples would lie beside the closed surface"
