@@ -39,10 +39,9 @@ def cut_thin_handles(
     from ._kernels.handles import cut_handle
 
     points, spacing, nodes, links, gate, starts, _ = ground
-    n, count = len(points), len(nodes)
+    n = len(points)
     pole, anti, trust = poles
-    parts = np.empty(count, np.int32), np.empty(count + 1, np.int64), np.empty(count, np.int32)
-    scratch, idle = umbrellas.rooms(starts), np.full(count, -1, np.int32)
+    scratch, idle = umbrellas.rooms(starts), np.full(len(nodes), -1, np.int32)
     cut = 0
     while True:
         faces = forest.corners_of(nodes, forest.facets_between(links, sides, len(gate)), OUTWARD)
@@ -51,7 +50,7 @@ def cut_thin_handles(
             return cut
         used = np.zeros(n, bool)
         used[faces.ravel()] = True
-        if used.sum() - len(faces) // 2 == 2 * components.number_components(links, sides, *parts) - 2:
+        if used.sum() - len(faces) // 2 == 2 * components.count_components(links, sides) - 2:
             return cut  # its Euler number without handles
         touched = np.zeros(n, bool)
         for loop in _loops(faces, n):

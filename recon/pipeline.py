@@ -121,7 +121,7 @@ def reconstruct(
         Added to all weights: W_alpha(S) = W_0(S + alpha) (paper, 2.2).
     surface : {"auto", "closed", "open", "complex"}
         See `recon.surface.label_surface`; "complex" is the literal boundary of W_alpha, regular and singular facets. Auto is
-        closed, too, where most of the cloud lies in two sheets a spacing apart: a thin body.
+        open, too, where more than an eighth of the samples would lie beside the closed surface, once it is clean.
     attributes : mapping of str to (n, ...) array_like, optional
         Carried over to the vertices of the mesh; those of a `PointCloud` by default.
     clean : bool

@@ -311,18 +311,14 @@ class _Evidence:
         faces = self.faces(facets)
         buried, pinched = int((excess < 0).sum()), int((excess > 0).sum())
         bridged = self.leak.ravel()[facets]
-        return Surface(self.rows(faces), bridged, "closed", 1.0, "asked for", buried, pinched, passed), self.walls(
-            faces
-        )
+        found = Surface(self.rows(faces), bridged, "closed", 1.0, "asked for", buried, pinched, passed)
+        return found, self.walls(faces)
 
     def pieces(self, sides: NDArray[np.int8]) -> int:
         """Components of nodes of one side."""
-        from ._kernels.components import number_components
+        from ._kernels.components import count_components
 
-        count = len(sides)
-        return number_components(
-            self.links, sides, np.empty(count, np.int32), np.empty(count + 1, np.int64), np.empty(count, np.int32)
-        )
+        return count_components(self.links, sides)
 
     def walls(self, faces: NDArray[np.int32]) -> float:
         """Share of the area in facets whose circumradius is above that of a sheet's."""

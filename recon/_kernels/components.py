@@ -40,6 +40,13 @@ def number_components(links, sides, component, size, queue):
 
 
 @kernel
+def count_components(links, sides):
+    """How many components of nodes of one side there are."""
+    N = len(links)
+    return number_components(links, sides, np.empty(N, np.int32), np.empty(N + 1, np.int64), np.empty(N, np.int32))
+
+
+@kernel
 def cut_off(links, component, ours, chain, length, queue, after, label, seen, stamp):
     """Pieces that a component falls into when the chain leaves it, less one; -1 when nothing is left.
 
