@@ -112,7 +112,7 @@ class Rounded:
     def _draw_rim(self, line: Segment | Arc, n: int, rng: np.random.Generator) -> Foot:
         def propose(k: int) -> tuple[Foot, Array]:
             flat = line.draw(k, rng)
-            foot, stretch = self._on_rim(flat, 0.5 * np.pi * rng.random(k), rng.choice([-1.0, 1.0], k))
+            foot, stretch = self._on_rim(flat, 0.5 * np.pi * rng.random(k), rng.choice(np.array([-1.0, 1.0]), k))
             widest = np.maximum(1.0, 1.0 - self.radius * flat.curvatures[:, 0])
             return foot, stretch / widest
 

@@ -61,7 +61,7 @@ def certify_reconstruction(result: Reconstruction) -> None:
 
 def _faces_of_triangulation(faces: NDArray[np.int64], cells: NDArray[np.int32]) -> None:
     """Each face, in input rows, is a triangle of R."""
-    n = int(max(cells.max(), faces.max(initial=0))) + 1
+    n = max(int(cells.max()), int(faces.max(initial=0))) + 1
     ascending = np.sort(cells, axis=1).astype(np.int64)
     known = [_key(ascending[:, list(corners)], n) for corners in combinations(range(cells.shape[1]), 3)]
     bad = np.flatnonzero(~np.isin(_key(np.sort(faces, axis=1), n), np.unique(np.concatenate(known))))

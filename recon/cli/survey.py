@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,7 +81,7 @@ def survey(points: NDArray[np.float64], threads: int | None = None) -> Survey:
     unit = float(np.ldexp(1.0, np.frexp((upper - lower).max())[1]))  # a power of two: squares stay in range
     places = (distinct - (lower / 2 + upper / 2)) / unit
     extent = float(np.linalg.norm((upper - lower) / unit))
-    known = {
+    known: dict[str, Any] = {
         "points": len(points),
         "duplicates": len(points) - len(distinct),
         "span": _span(places, extent, float(np.abs(points / unit).max())),

@@ -71,7 +71,7 @@ class Scene:
         """
         places, exponent = self.places, self._exponent()
         middle = places.min(axis=0) / 2 + places.max(axis=0) / 2
-        arrays = {"positions": np.ldexp(places - middle, -exponent).astype(np.float32)}
+        arrays: dict[str, NDArray] = {"positions": np.ldexp(places - middle, -exponent).astype(np.float32)}
         if self.faces is not None:
             arrays["faces"] = self.faces
         arrays |= {f"colour {colour.name}": colour.array() for colour in colours}
