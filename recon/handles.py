@@ -18,6 +18,7 @@ def cut_thin_handles(
     sides: NDArray[np.int8],
     poles: tuple[NDArray, NDArray, NDArray],
     excess: NDArray[np.int32],
+    pieces: int,
 ) -> int:
     """Cut the thin handles of a closed surface that cost nothing, in place.
 
@@ -29,6 +30,8 @@ def cut_thin_handles(
     poles : (n,) ndarrays of int32, int32, float32
     excess : (n,) ndarray of int32
         Kept up to date.
+    pieces : int
+        Components of nodes of one side.
 
     Returns
     -------
@@ -50,7 +53,7 @@ def cut_thin_handles(
             return cut
         used = np.zeros(n, bool)
         used[faces.ravel()] = True
-        if used.sum() - len(faces) // 2 == 2 * components.count_components(links, sides) - 2:
+        if used.sum() - len(faces) // 2 == 2 * pieces - 2:
             return cut  # its Euler number without handles
         touched = np.zeros(n, bool)
         for loop in _loops(faces, n):
@@ -60,6 +63,7 @@ def cut_thin_handles(
                     cut += cut_handle(ground, scratch, sides, excess, loop, side, (idle, touched))
         if not touched.any():
             return cut
+        pieces = components.count_components(links, sides)
 
 
 def _made_of_disks(faces: NDArray[np.integer], among: NDArray[np.bool_]) -> bool:

@@ -6,16 +6,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .handles import cut_thin_handles
-from .threads import together
+from .threads import over_ranges
 
 ROUNDS = 6  # of moves; it mostly ends after 3
 
 
 def repair(
-    cloud: tuple[NDArray, NDArray],
-    walls: tuple[NDArray, NDArray, NDArray],
+    ground: tuple[NDArray, ...],
     sides: NDArray[np.int8],
     poles: tuple[NDArray, NDArray, NDArray],
+    pieces: tuple[int, NDArray, NDArray, NDArray],
     widest: float,
     threads: int | None,
 ) -> tuple[NDArray[np.int32], int]:
@@ -23,12 +23,14 @@ def repair(
 
     Parameters
     ----------
-    cloud : points (n, 3) and spacing (n,)
-    walls : nodes (N, 4), links (N, 4) and gates (m, 4)
-        See `recon._kernels.sides`.
+    ground : tuple of ndarray
+        Points (n, 3), spacing (n,), nodes (N, 4), links (N, 4) and gates (m, 4), see `recon._kernels.sides`; the nodes around each
+        sample, see `recon._kernels.umbrellas.star_lists`.
     sides : (N,) ndarray of int8
     poles : (n,) ndarrays of int32, int32, float32
         The deepest node around every sample, the deepest opposite to it, and how sure that is.
+    pieces : number of components, component (N,), size (N + 1,), queue (N,)
+        Of these sides, see `recon._kernels.components.number_components`. Of no more use after that.
     widest : float
         Facets of wider gates are none; infinite for a closed surface.
     threads : int or None
@@ -39,27 +41,36 @@ def repair(
         Of every sample 0 for one umbrella, -1 where it is buried, more where it is pinched.
     moves : int
     """
-    from ._kernels import components, umbrellas  # numba takes a while to load
-    from ._kernels.repair import absorb, search
+    from ._kernels import components, repair as kernels  # numba takes a while to load
 
-    nodes, links, gate = walls
-    n, count = len(cloud[0]), len(nodes)
-    limit = np.float32(widest)
-    parts = np.empty(count, np.int32), np.empty(count + 1, np.int64), np.empty(count, np.int32)
-
-    def around() -> tuple[NDArray, NDArray, NDArray[np.int32]]:
-        starts, star = umbrellas.star_lists(nodes, n)
-        return starts, star, umbrellas.excesses(nodes, links, gate, starts, limit, sides)
-
-    (starts, star, excess), number = together(
-        threads, around, lambda: components.number_components(links, sides, *parts)
-    )
-    ground = *cloud, *walls, starts, star
-    moves, number = search(ground, sides, *poles[:2], limit, ROUNDS, excess, *parts, number)
+    nodes, links, gate = ground[2:5]
+    number, component, size, queue = pieces
+    m = len(gate)
+    thin = np.zeros(m, np.bool_)
+    if widest == np.inf:
+        over_ranges(lambda *part: kernels.thin_spots(nodes, links, gate, sides, *part, thin), m, threads)
+    excess = excesses(ground, sides, widest, threads)
+    books = thin, np.zeros((3, len(nodes)), np.int64), excess, component, size, queue
+    moves, number = kernels.search(ground, sides, *poles[:2], np.float32(widest), ROUNDS, *books, number)
     if widest < np.inf:
         return excess, moves
-    if cut_thin_handles(ground, sides, poles, excess):
-        number = components.number_components(links, sides, *parts)
-    if absorb(nodes, links, gate, len(gate), sides, *parts[:2], number):
-        excess = umbrellas.excesses(nodes, links, gate, starts, limit, sides)
+    if cut_thin_handles(ground, sides, poles, excess, np.count_nonzero(size[:number])):
+        number = components.number_components(links, sides, component, size, queue)
+    if kernels.absorb(nodes, links, gate, m, sides, component, size, number):
+        excess = excesses(ground, sides, widest, threads)
     return excess, moves
+
+
+def excesses(
+    ground: tuple[NDArray, ...], sides: NDArray[np.int8], widest: float, threads: int | None
+) -> NDArray[np.int32]:
+    """Umbrellas of every sample beyond the first, -1 of a buried one, 0 of those in no cell (n,)."""
+    from ._kernels import forest, umbrellas
+
+    points, _, nodes, links, gate, starts, _ = ground
+    facets = forest.facets_between(links, sides, len(gate))
+    if widest < np.inf:
+        facets = facets[gate.ravel()[facets] <= widest]
+    excess = np.zeros(len(points), np.int32)
+    over_ranges(lambda *part: umbrellas.excesses(nodes, facets, starts, *part, excess), len(points), threads)
+    return excess

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from .alpha import AlphaComplex
 
 Kind = Literal["auto", "closed", "open"]
+Pieces = tuple[int, NDArray[np.int32], NDArray[np.int64], NDArray[np.int32]]
 OPEN_GATE = 2.5  # widest facet of an open sheet [local spacings]; the rest closes it over its boundary
 # A closed surface has less than this share of its area in walls, facets wider than those of a sheet: no samples vouch for them.
 WALLS = 1 / 4
@@ -116,13 +117,17 @@ def label_surface(
     if kind == "open":
         return evidence.open("asked for", 1.0)
     sides, passed = evidence.closed_sides()
-    bubbles = evidence.pieces(sides) - 2 if kind == "auto" else 0
+    pieces, walls = together(
+        threads,
+        lambda: evidence.pieces(sides),
+        lambda: evidence.walls(evidence.faces(evidence.between(sides))) if kind == "auto" else 0.0,
+    )
+    bubbles = pieces[0] - 2 if kind == "auto" else 0
     if bubbles * BUBBLE > len(spacing):
         sure = min(bubbles * BUBBLE / len(spacing) - 1, 1.0)
         return evidence.open(f"the closed surface would fall into {bubbles} bubbles", sure)
-    walls = evidence.walls(evidence.faces(evidence.between(sides))) if kind == "auto" else 0.0
     if walls < WALLS:
-        found, walls = evidence.closed(sides, passed)
+        found, walls = evidence.closed(sides, pieces, passed)
         if kind == "closed":
             return found
         if walls < WALLS:
@@ -237,7 +242,7 @@ class _Evidence:
     """
 
     def __init__(self, triangulation: RegularTriangulation, spacing: NDArray[np.float64], threads: int | None):
-        from ._kernels import forest, sides, spatial_sort  # numba takes a while to load
+        from ._kernels import sides, spatial_sort, umbrellas  # numba takes a while to load
 
         self.order = order = spatial_sort.hilbert_order(triangulation.points)
         rank = np.empty(len(order), np.int32)
@@ -254,23 +259,23 @@ class _Evidence:
         self.gate, self.leak = np.empty((m, 4), np.float32), np.empty((m, 4), np.bool_)
         ground = *cloud, self.nodes, self.links, rho
         over_ranges(lambda *part: sides.facet_sizes(*ground, *part, self.gate, self.leak), m, threads)
-        found, self.facets = together(
+        found, self.stars = together(
             threads,
             lambda: sides.poles(self.points, self.nodes, self.links, centers, rho, depth, m),
-            lambda: forest.facet_evidence(self.links, self.gate, m),  # widest gate first, and their gates
+            lambda: umbrellas.star_lists(self.nodes, len(order)),
         )
-        self.pole, self.anti, self.trust, self.normals = found
+        *self.poles, self.normals = found
         self.threads = threads
         self.centers = centers
 
     def closed_sides(self) -> tuple[NDArray[np.int8], int]:
         """Side of every node, 0 outside; and the samples passed over."""
-        from ._kernels.forest import signed_forest
+        from ._kernels import forest
 
-        facets, keys = self.facets
+        parent = forest.first_trees(self.links, self.gate, *self.poles)
+        facets, keys = forest.facet_evidence(self.links, self.gate, parent)
         same = np.zeros(len(facets), np.uint8)
-        poles = self.pole, self.anti, self.trust
-        return signed_forest(self.links, len(self.cells), facets, keys, same, *poles, True)
+        return forest.signed_forest(self.links, len(self.cells), facets, keys, same, *self.poles, parent)
 
     def open_sides(self) -> tuple[NDArray[np.int8], int]:
         """Side of every node as its corners see it; and the facets of a sheet that were passed over."""
@@ -278,19 +283,18 @@ class _Evidence:
         from ._kernels.tangents import axes, heights, sheet_evidence
 
         m = len(self.cells)
-        poles = self.pole, self.anti, self.trust
-        axis, sure, tensor = axes(self.points, self.spacing, self.nodes, self.centers, *poles, m)
+        axis, sure, tensor = axes(self.points, self.spacing, self.nodes, self.centers, *self.poles, m)
         doubtful = sure < 1
         axis[doubtful] = np.linalg.eigh(tensor[doubtful])[1][:, :, 2]
         height = heights(self.points, self.spacing, self.cells, self.centers, axis)
         evidence = sheet_evidence(self.nodes, self.links, self.gate, axis, self.normals, height, np.float32(OPEN_GATE))
-        return signed_forest(self.links, m, *evidence, *(part[:0] for part in poles), False)
+        alone = 2 * np.arange(len(self.nodes), dtype=np.int32)
+        return signed_forest(self.links, m, *evidence, *(part[:0] for part in self.poles), alone)
 
-    def repair(self, sides: NDArray[np.int8], widest: float) -> NDArray[np.int32]:
+    def repair(self, sides: NDArray[np.int8], pieces: Pieces, widest: float) -> NDArray[np.int32]:
         """Mend `sides` in place; the excess umbrellas of every sample, -1 where it is buried."""
-        cloud, walls = (self.points, self.spacing), (self.nodes, self.links, self.gate)
-        poles = self.pole, self.anti, self.trust
-        return repair(cloud, walls, sides, poles, widest, self.threads)[0]
+        ground = self.points, self.spacing, self.nodes, self.links, self.gate, *self.stars
+        return repair(ground, sides, self.poles, pieces, widest, self.threads)[0]
 
     def between(self, sides: NDArray[np.int8]) -> NDArray[np.int64]:
         """All facets between the sides, as 4 * cell + corner, seen from side 1 where it is a cell."""
@@ -304,9 +308,9 @@ class _Evidence:
 
         return corners_of(self.cells, facets, OUTWARD)
 
-    def closed(self, sides: NDArray[np.int8], passed: int) -> tuple[Surface, float]:
+    def closed(self, sides: NDArray[np.int8], pieces: Pieces, passed: int) -> tuple[Surface, float]:
         """All facets between inside and outside, once `sides` are mended; and the share of walls."""
-        excess = self.repair(sides, np.inf)
+        excess = self.repair(sides, pieces, np.inf)
         facets = self.between(sides)
         faces = self.faces(facets)
         buried, pinched = int((excess < 0).sum()), int((excess > 0).sum())
@@ -314,11 +318,13 @@ class _Evidence:
         found = Surface(self.rows(faces), bridged, "closed", 1.0, "asked for", buried, pinched, passed)
         return found, self.walls(faces)
 
-    def pieces(self, sides: NDArray[np.int8]) -> int:
-        """Components of nodes of one side."""
-        from ._kernels.components import count_components
+    def pieces(self, sides: NDArray[np.int8]) -> Pieces:
+        """Components of nodes of one side: their number, that of each node, and their sizes; and room for `repair`."""
+        from ._kernels.components import number_components
 
-        return count_components(self.links, sides)
+        N = len(sides)
+        parts = np.empty(N, np.int32), np.empty(N + 1, np.int64), np.empty(N, np.int32)
+        return number_components(self.links, sides, *parts), *parts
 
     def walls(self, faces: NDArray[np.int32]) -> float:
         """Share of the area in facets whose circumradius is above that of a sheet's."""
@@ -340,7 +346,7 @@ class _Evidence:
     def open(self, reason: str, confidence: float) -> Surface:
         """The facets between one hand and the other that are no wider than a sheet's."""
         sides, passed = self.open_sides()
-        excess = self.repair(sides, OPEN_GATE)
+        excess = self.repair(sides, self.pieces(sides), OPEN_GATE)
         facets = self.between(sides)
         facets = facets[self.gate.ravel()[facets] <= OPEN_GATE]
         faces = _turned(self.points, self.faces(facets).astype(np.int64)).astype(np.int32)

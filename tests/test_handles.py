@@ -7,6 +7,7 @@ import datasets_synthetic
 import recon
 import weighting
 from recon.handles import EDGES, _loops, _made_of_disks, cut_thin_handles
+from recon.repair import excesses
 from recon.surface import _Evidence
 from recon.topology import topology
 
@@ -84,21 +85,15 @@ def test_handles_that_samples_show_stay(name):
 
 def test_cutting_keeps_the_books():
     """Samples pinched and buried are counted along; what is not cut stays as it was."""
-    from recon._kernels import umbrellas
-
     points = np.random.default_rng(3).normal(size=(800, 3))  # nothing but thin handles
     points /= 1 + 0.05 * np.linalg.norm(points, axis=1)[:, None]
     evidence = _Evidence(recon.regular_triangulation(points), weighting.spacing(points), 1)
     sides, _ = evidence.closed_sides()
-    sides = sides.copy()
-    walls = evidence.nodes, evidence.links, evidence.gate
-    starts, star = umbrellas.star_lists(evidence.nodes, len(points))
-    widest = np.float32(np.inf)
-    excess = umbrellas.excesses(*walls, starts, widest, sides)
+    ground = evidence.points, evidence.spacing, evidence.nodes, evidence.links, evidence.gate, *evidence.stars
+    excess = excesses(ground, sides, np.inf, 1)
     before, given = sides.copy(), excess.copy()
-    ground = evidence.points, evidence.spacing, *walls, starts, star
-    grown = cut_thin_handles(ground, sides, (evidence.pole, evidence.anti, evidence.trust), excess)
-    assert (excess == umbrellas.excesses(*walls, starts, widest, sides)).all()
+    grown = cut_thin_handles(ground, sides, evidence.poles, excess, evidence.pieces(sides)[0])
+    assert (excess == excesses(ground, sides, np.inf, 1)).all()
     assert (excess < 0).sum() + excess[excess > 0].sum() <= (given < 0).sum() + given[given > 0].sum()
     assert grown > 0
     assert (before != sides).any()

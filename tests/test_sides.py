@@ -6,7 +6,7 @@ import pytest
 
 import recon
 import weighting
-from recon._kernels import forest, repair, sides
+from recon._kernels import components, forest, repair, sides, umbrellas
 from recon.repair import repair as mend
 from recon.topology import topology
 
@@ -137,19 +137,42 @@ def forest_twin(links, m, facets, keys, opposite, pole, anti, trust, sealed):
     return np.array([side[x] for x in range(n_nodes)], np.int8), passed
 
 
+def roots(n_nodes: int, m: int, sealed: bool) -> np.ndarray:
+    """The trees to begin with: every node alone, or all ghosts as one."""
+    return 2 * np.minimum(np.arange(n_nodes), m if sealed else n_nodes).astype(np.int32)
+
+
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("sealed", [True, False])
 def test_signed_forest_takes_the_strongest_evidence_first(seed, sealed):
     *_, nodes, links, _, _, _, gate, _, pole, anti, trust, normals = labelled(seed, 40)
-    m = len(gate)
-    facets, keys = forest.facet_evidence(links, gate, m)
-    assert (np.diff(keys) <= 0).all()
+    m, N = len(gate), len(nodes)
+    facets, keys = forest.facet_evidence(links, gate, roots(N, m, False))
+    assert (np.diff(keys) <= 0).all() and len(facets) == np.count_nonzero(links[:m] > np.arange(m)[:, None])
     opposite = (np.random.default_rng(seed).random(len(facets)) < 0.3).astype(np.uint8)
-    evidence = facets, keys, opposite, pole, anti, trust, sealed
-    got, passed = forest.signed_forest(links, m, *evidence)
-    expected, expected_passed = forest_twin(links, m, *evidence)
+    evidence = facets, keys, opposite, pole, anti, trust
+    got, passed = forest.signed_forest(links, m, *evidence, roots(N, m, sealed))
+    expected, expected_passed = forest_twin(links, m, *evidence, sealed)
     np.testing.assert_array_equal(got, expected)
     assert passed == expected_passed
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("steps", [0, 3])
+def test_first_trees_are_part_of_the_forest(seed, steps):
+    """Also where many gates and trusts are equal (`steps`: so many values)."""
+    *_, nodes, links, _, _, _, gate, _, pole, anti, trust, _ = labelled(seed, 300)
+    if steps:
+        gate, trust = np.ceil(gate * steps) / np.float32(steps), np.ceil(trust * steps) / np.float32(steps)
+    m, N = len(gate), len(nodes)
+    found = []
+    for parent in roots(N, m, True), forest.first_trees(links, gate, pole, anti, trust):
+        facets, keys = forest.facet_evidence(links, gate, parent)
+        nothing = np.zeros(len(facets), np.uint8)
+        found.append((len(facets), *forest.signed_forest(links, m, facets, keys, nothing, pole, anti, trust, parent)))
+    (all_facets, sides, passed), (few, same, as_many) = found
+    np.testing.assert_array_equal(sides, same)
+    assert passed == as_many and few < all_facets / 2
 
 
 def test_descending_is_a_stable_sort():
@@ -203,13 +226,17 @@ def energy(points, spacing, nodes, links, side):
 @pytest.mark.parametrize("seed", range(6))
 def test_repair_never_raises_the_energy_and_says_what_is_left(seed):
     points, _, spacing, _, nodes, links, _, _, _, gate, _, pole, anti, trust, normals = labelled(seed, 80)
-    m = len(gate)
-    facets, keys = forest.facet_evidence(links, gate, m)
-    side, _ = forest.signed_forest(links, m, facets, keys, np.zeros(len(facets), np.uint8), pole, anti, trust, True)
+    m, n, N = len(gate), len(points), len(nodes)
+    parent = forest.first_trees(links, gate, pole, anti, trust)
+    facets, keys = forest.facet_evidence(links, gate, parent)
+    side, _ = forest.signed_forest(links, m, facets, keys, np.zeros(len(facets), np.uint8), pole, anti, trust, parent)
     rng = np.random.default_rng(seed)
     side[:m] ^= rng.random(m) < 0.1  # damage to mend
     before, _ = energy(points, spacing, nodes, links, side)
-    excess, moves = mend((points, spacing), (nodes, links, gate), side, (pole, anti, trust), np.inf, 1 + seed % 2)
+    parts = np.empty(N, np.int32), np.empty(N + 1, np.int64), np.empty(N, np.int32)
+    pieces = components.number_components(links, side, *parts), *parts
+    ground = points, spacing, nodes, links, gate, *umbrellas.star_lists(nodes, n)
+    excess, moves = mend(ground, side, (pole, anti, trust), pieces, np.inf, 1 + seed % 2)
     after, expected = energy(points, spacing, nodes, links, side)
     np.testing.assert_array_equal(excess, expected)
     assert moves > 0

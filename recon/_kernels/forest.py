@@ -63,30 +63,61 @@ def each_facet(links, m):
 
 
 @kernel
-def facet_evidence(links, gate, m):
-    """All facets once, as 4 * node + corner, widest gate first, and their gates."""
-    facets = each_facet(links, m)
-    keys = np.empty(len(facets), np.float32)
-    for f in range(len(facets)):
-        keys[f] = gate[facets[f] >> 2, facets[f] & 3]
+def first_trees(links, gate, pole, anti, trust):
+    """Root of every node (N,), times 2: cells united across the widest gate of each, where no pole speaks louder; all ghosts.
+
+    That gate is the strongest evidence there is of a cell, so the forest has it (Boruvka 1926): most need no sorting.
+    """
+    N, m = len(links), len(gate)
+    loudest = np.zeros(N, np.float32)
+    for v in range(len(trust)):
+        if anti[v] >= 0:
+            loudest[pole[v]] = max(loudest[pole[v]], trust[v])
+            loudest[anti[v]] = max(loudest[anti[v]], trust[v])
+    parent = np.empty(N, np.int32)
+    for x in range(N):
+        parent[x] = 2 * min(x, m)
+    for x in range(m):
+        widest, lower, across = np.float32(-1), np.int64(x), np.int64(x)
+        for k in range(4):
+            y = np.int64(links[x, k])
+            if gate[x, k] > widest or (gate[x, k] == widest and min(x, y) < lower):  # the order of `facet_evidence`
+                widest, lower, across = gate[x, k], min(x, y), y
+        if loudest[x] <= widest:
+            a, b = _root(parent, np.int64(x))[0], _root(parent, across)[0]
+            parent[max(a, b)] = 2 * min(a, b)
+    for x in range(N):
+        parent[x] = parent[parent[x] >> 1]
+    return parent
+
+
+@kernel
+def facet_evidence(links, gate, parent):
+    """The facets between different trees, as 4 * node + corner, widest gate first, and their gates."""
+    m = len(gate)
+    count = 0
+    for c in range(m):
+        for k in range(4):
+            count += (links[c, k] > c) & (parent[links[c, k]] != parent[c])
+    facets, keys = np.empty(count, np.int32), np.empty(count, np.float32)
+    count = 0
+    for c in range(m):
+        for k in range(4):
+            if links[c, k] > c and parent[links[c, k]] != parent[c]:
+                facets[count], keys[count] = 4 * c + k, gate[c, k]
+                count += 1
     descending(keys, facets)
     return facets, keys
 
 
 @kernel
-def signed_forest(links, m, facets, keys, opposite, pole, anti, trust, sealed):
+def signed_forest(links, m, facets, keys, opposite, pole, anti, trust, parent):
     """Unite nodes across facets (on the same side, or `opposite` ones) and poles of samples (opposite), strongest evidence first.
 
-    Evidence that contradicts stronger evidence is passed over. `sealed`: all ghosts are one outside.
-    Returns sides (N,) int8, 0 where the first ghost is, and how much of the evidence for opposite sides was passed over.
+    Evidence that contradicts stronger evidence is passed over. `parent` (N,), 2 * parent + parity, has the trees there are, and
+    grows. Returns sides (N,) int8, 0 where the first ghost is, and how much of the evidence for opposite sides was passed over.
     """
     N = len(links)
-    parent = np.empty(N, np.int32)
-    for x in range(N):
-        parent[x] = 2 * x
-    if sealed:
-        for g in range(m + 1, N):
-            parent[g] = 2 * m
     strength, by_trust = trust.copy(), np.empty(len(trust), np.int32)
     for v in range(len(trust)):
         by_trust[v] = v

@@ -32,6 +32,18 @@ WIDEST, STEEPEST, NARROWEST = -1.0, 0.0, 1.0  # order in which a move takes node
 
 
 @kernel
+def beside_surface(links, gate, sides, x):
+    """Whether the surface passes by node x, and no gate to a node of its side is wide."""
+    beside = False
+    for k in range(4):
+        if sides[links[x, k]] != sides[x]:
+            beside = True
+        elif gate[x, k] > 2:
+            return False
+    return beside
+
+
+@kernel
 def edge_facets(nodes, links, sides, x, i, j):
     """Surface facets around the edge (i, j) of node x, and the sides of the two nodes next to x around it."""
     a, b = nodes[x, i], nodes[x, j]
@@ -238,10 +250,18 @@ def move(ground, scratch, widest, sides, work, seed, reach, hopeless, order):
 
 
 @kernel
-def search(ground, sides, pole, anti, widest, rounds, excess, component, size, queue, count):
+def thin_spots(nodes, links, gate, sides, first, last, thin):
+    """Fill in where a range of nodes may be the inside of a thin handle (m,)."""
+    for x in range(first, last):
+        thin[x] = beside_surface(links, gate, sides, x) and bridges(nodes, links, sides, x)
+
+
+@kernel
+def search(ground, sides, pole, anti, widest, rounds, thin, blank, excess, component, size, queue, count):
     """Improve `sides` in place, move by move; returns the number of moves, and of components ever numbered.
 
-    `ground` is what stays as it is, see `move`; `excess`, `component` and `size` are kept up to date (`umbrellas`, `components`).
+    `ground` is what stays as it is, see `move`; `excess`, `component` and `size` are kept up to date (`umbrellas`, `components`),
+    `thin` (m,) is what `thin_spots` says of the sides as they were, `blank` (3, N) int64 all zero: pages never touched cost nothing.
     `widest`: where facets of wider gates are none (an open surface) only pinched and buried samples are mended: there is
     no telling a handle or an island from what walls of such facets cut up.
     """
@@ -251,11 +271,10 @@ def search(ground, sides, pole, anti, widest, rounds, excess, component, size, q
     sealed = widest == np.inf
     stirred = np.zeros(n, np.int64)  # clock of the last accepted move next to a sample,
     tried = np.full(n, -1, np.int64)  # and of the last attempt to mend it,
-    tried_from = np.full(N, -1, np.int64)  # or to cut a handle or reach an island from a node
+    tried_from, mark, seen = blank  # or, plus 1, to cut a handle or reach an island from a node
     state = np.zeros(3, np.int64)
     state[1] = count
-    chain, mark = np.empty(REACH_BURIED, np.int64), np.zeros(N, np.int64)
-    after, label, seen = np.empty(N, np.int32), np.empty(N, np.int32), np.zeros(N, np.int64)
+    chain, after, label = np.empty(REACH_BURIED, np.int64), np.empty(N, np.int32), np.empty(N, np.int32)
     work = state, excess, stirred, component, size, chain, mark, queue, after, label, seen
     for _ in range(rounds):
         if state[1] > N // 2:  # numbers of components that are no more
@@ -294,21 +313,16 @@ def search(ground, sides, pole, anti, widest, rounds, excess, component, size, q
             tried[v] = state[2]
         for x in range(m if sealed else 0):
             # a handle is cut through facets no wider than those of the surface
-            narrow, fresh, moved, surface = True, False, False, False
+            latest = np.int64(0)
             for k in range(4):
-                if sides[links[x, k]] == sides[x] and gate[x, k] > 2:
-                    narrow = False
-                if sides[links[x, k]] != sides[x]:
-                    surface = True
-                if tried_from[x] < stirred[nodes[x, k]]:
-                    fresh = True
-                if stirred[nodes[x, k]] > 0:
-                    moved = True
-            if surface and narrow and fresh and state[1] < N - 64 and (moved or bridges(nodes, links, sides, x)):
+                latest = max(latest, stirred[nodes[x, k]])
+            if tried_from[x] > latest or state[1] >= N - 64:
+                continue
+            if (latest == 0 and thin[x]) or (latest > 0 and beside_surface(links, gate, sides, x)):
                 gained += move(
                     ground, scratch, widest, sides, work, np.int64(x), np.int64(REACH_HANDLE), HOPELESS, STEEPEST
                 )
-                tried_from[x] = state[2]
+                tried_from[x] = state[2] + 1
         # islands: leave each by its widest gate that was not tried before
         way = np.zeros(state[1], np.float32)
         bridge = np.full(state[1], -1, np.int32)
@@ -317,12 +331,12 @@ def search(ground, sides, pole, anti, widest, rounds, excess, component, size, q
             if size[c] < min(ISLAND, BODY * N):
                 for k in range(4):
                     y = links[x, k]
-                    if y < m and sides[y] != sides[x] and gate[x, k] > way[c] and tried_from[y] < 0:
+                    if y < m and sides[y] != sides[x] and gate[x, k] > way[c] and tried_from[y] == 0:
                         way[c], bridge[c] = gate[x, k], y
         for c in range(len(bridge)):
             y = bridge[c]
             if y >= 0 and state[1] < N - 64:
-                tried_from[y] = state[2]
+                tried_from[y] = state[2] + 1
                 gained += move(
                     ground,
                     scratch,

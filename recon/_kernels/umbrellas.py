@@ -97,37 +97,34 @@ def umbrellas(ground, scratch, widest, sides, v):
 
 
 @kernel
-def excesses(nodes, links, gate, starts, widest, sides):
-    """`umbrellas` of every sample (n,), 0 of those in no cell: from a list of the facets of the surface."""
-    n, m = len(starts) - 1, len(gate)
+def excesses(nodes, facets, starts, first, last, excess):
+    """`umbrellas` of a range of samples into excess (n,), 0 of those in no cell: from a list of the facets of the surface."""
     number, corner, parent, degree = rooms(starts)
-    excess = np.zeros(n, np.int32)
-    place = np.zeros(n + 2, np.int64)
+    place = np.zeros(last - first + 2, np.int64)
     pairs = np.empty((0, 2), np.int32)
     for turn in range(2):
-        for x in range(m):
-            for k in range(4):
-                y = links[x, k]
-                if (y < x and y < m) or sides[y] == sides[x] or gate[x, k] > widest:
+        for f in range(len(facets)):
+            x, k = facets[f] >> 2, facets[f] & 3
+            for j in range(4):
+                v = nodes[x, j] - first
+                if j == k or v < 0 or v >= last - first:
                     continue
-                for j in range(4):
-                    if j != k and turn == 0:
-                        place[nodes[x, j] + 2] += 1
-                    elif j != k:
-                        at = place[nodes[x, j] + 1]
-                        place[nodes[x, j] + 1] += 1
-                        i = 0
-                        while i == j or i == k:
-                            i += 1
-                        pairs[at, 0], pairs[at, 1] = nodes[x, i], nodes[x, 6 - i - j - k]
+                if turn == 0:
+                    place[v + 2] += 1
+                else:
+                    at = place[v + 1]
+                    place[v + 1] += 1
+                    i = 0
+                    while i == j or i == k:
+                        i += 1
+                    pairs[at, 0], pairs[at, 1] = nodes[x, i], nodes[x, 6 - i - j - k]
         if turn == 0:
-            for v in range(n):
+            for v in range(last - first):
                 place[v + 2] += place[v + 1]
-            pairs = np.empty((place[n + 1], 2), np.int32)
-    for v in range(n):
+            pairs = np.empty((place[last - first + 1], 2), np.int32)
+    for v in range(first, last):
         if starts[v + 1] > starts[v]:
             count = 0
-            for i in range(place[v], place[v + 1]):
+            for i in range(place[v - first], place[v - first + 1]):
                 count = _join(number, corner, parent, degree, count, pairs[i, 0], pairs[i, 1])
             excess[v] = _excess(number, corner, parent, degree, count)
-    return excess
