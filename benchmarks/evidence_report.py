@@ -167,6 +167,8 @@ DUELS = (
     (RECON, "recon, one spacing, best of 4"),
     ("W_0, closing weights", "W_0, best of 10 uniform"),
     ("W_0, covering weights", "W_0, best of 10 uniform"),
+    ("W_0, best of 10 spacing", "W_0, best of 10 uniform"),
+    ("W_0, best of 10 covering", "W_0, best of 10 uniform"),
 )
 CLOSER = 0.95  # times the distance of the other, to be counted as better where the rest is equal
 

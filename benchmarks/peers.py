@@ -74,6 +74,17 @@ def uniform(points: Array, near: float) -> Iterator[recon.Mesh]:
         yield boundary(points, weighting.closure(points, np.full(len(points), (factor * near) ** 2)))
 
 
+def adaptive(radius: str) -> Callable[[Array, float], Iterator[recon.Mesh]]:
+    """The same under adaptive weights, their median ten radii: as much told as `uniform` is."""
+
+    def run(points: Array, near: float) -> Iterator[recon.Mesh]:
+        weights = weighting.adaptive_weights(points, radius=radius)
+        for factor in FACTORS:
+            yield boundary(points, weighting.closure(points, weights * (factor * near) ** 2 / np.median(weights)))
+
+    return run
+
+
 def boundary(points: Array, found: weighting.Closure) -> recon.Mesh:
     """What weights reach, turned to face outward as far as it can be; they say nothing of sides themselves."""
     return recon.Mesh.from_arrays(points, outward(points, found.faces))
@@ -213,6 +224,8 @@ WEIGHTS = {  # adaptive weights against uniform ones, in the same programs
     "recon, one spacing, best of 4": Contender("recon", True, False, one_spacing),
     "W_0, closing weights": Contender("recon", True, True, closing),
     "W_0, covering weights": Contender("recon", True, True, covering),
+    "W_0, best of 10 spacing": Contender("recon", True, True, adaptive("spacing")),
+    "W_0, best of 10 covering": Contender("recon", True, True, adaptive("covering")),
     "W_0, best of 10 uniform": Contender("recon", True, True, uniform),
 }
 PEERS = {

@@ -41,7 +41,8 @@ def repair(
         Of every sample 0 for one umbrella, -1 where it is buried, more where it is pinched.
     moves : int
     """
-    from ._kernels import components, repair as kernels  # numba takes a while to load
+    from ._kernels import components  # numba takes a while to load
+    from ._kernels import repair as kernels
 
     nodes, links, gate = ground[2:5]
     number, component, size, queue = pieces
@@ -54,7 +55,7 @@ def repair(
     moves, number = kernels.search(ground, sides, *poles[:2], np.float32(widest), ROUNDS, *books, number)
     if widest < np.inf:
         return excess, moves
-    if cut_thin_handles(ground, sides, poles, excess, np.count_nonzero(size[:number])):
+    if cut_thin_handles(ground, sides, poles, excess, int(np.count_nonzero(size[:number]))):
         number = components.number_components(links, sides, component, size, queue)
     if kernels.absorb(nodes, links, gate, m, sides, component, size, number):
         excess = excesses(ground, sides, widest, threads)

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .contracts import DegenerateInput, InvalidInput, as_number, as_points
 from .mesh import Mesh
+from .pinholes import PINHOLE, pinholes
 from .regular import OUTWARD, RegularTriangulation
 from .repair import repair
 from .threads import over_ranges, together
@@ -349,6 +350,8 @@ class _Evidence:
         excess = self.repair(sides, self.pieces(sides), OPEN_GATE)
         facets = self.between(sides)
         facets = facets[self.gate.ravel()[facets] <= OPEN_GATE]
+        cloud, walls = (self.points, self.spacing), (self.nodes, self.gate, *self.stars)
+        facets = np.append(facets, pinholes(cloud, walls, self.faces(facets).astype(np.int64)))
         faces = _turned(self.points, self.faces(facets).astype(np.int64)).astype(np.int32)
         buried = int((self.corners(self.cells) & ~self.corners(faces)).sum())
         kind = "closed" if topology(faces).closed else "open"
@@ -363,7 +366,11 @@ def _planar(triangulation: RegularTriangulation, spacing: NDArray[np.float64]) -
     twice = np.linalg.norm(np.cross(a, b), axis=1)
     product = np.linalg.norm(a, axis=1) * np.linalg.norm(b, axis=1) * np.linalg.norm(b - a, axis=1)
     radius = product / np.maximum(2 * twice, np.finfo(float).tiny)
-    keep = radius <= OPEN_GATE * spacing[triangulation.cells].mean(axis=1)
+    h = spacing[triangulation.cells].mean(axis=1)
+    keep = radius <= OPEN_GATE * h
+    around = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).sum(axis=1)
+    beside = triangulation.neighbors
+    keep |= (keep[beside] & (beside >= 0)).all(axis=1) & (around <= PINHOLE * h)
     faces = triangulation.cells[keep]
     w = triangulation.weights[faces].mean(axis=1)
     used = len(np.unique(faces))

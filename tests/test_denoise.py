@@ -327,3 +327,32 @@ def test_real_scans_are_denoised_where_they_are_noisy_alone():
     }
     found = {path for path in noisy | clean if weighting.scatter(recon.read_points(folder / path).points).noisy > 0.5}
     assert found == noisy
+
+
+@pytest.mark.parametrize(
+    "name, noise", [("sphere", 1.0), ("sphere", 2.0), ("torus", 1.0), ("capsule", 1.5), ("disk", 1.5)]
+)
+def test_noise_wider_than_the_spacing_is_seen_and_taken_out(name, noise):
+    """Of quadrics through the next dozen samples it would leave most."""
+    n = 20000
+    truth = datasets_synthetic.surface(name)
+    sigma = noise * np.sqrt(truth.area / n)
+    points = truth.sample(n, noise=sigma, rng=0).points
+    found = weighting.scatter(points)
+    assert found.noisy == 1
+    assert np.median(found.sigma) == pytest.approx(sigma, rel=0.2)
+    result = recon.reconstruct(points)
+    t = topology(result.mesh.faces)
+    assert (t.euler, t.boundary_loops, t.manifold) == (truth.euler, truth.boundary_loops, True)
+    assert result.report["mesh"]["share_of_points_used"] > 0.999
+    off = np.abs(truth.distance(result.mesh.vertices)).mean()
+    assert off < 0.3 * np.abs(truth.distance(points)).mean()
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.3])
+def test_what_is_no_surface_at_any_width_stays(noise):
+    """A body of points has no surface to be found in the middle of it."""
+    rng = np.random.default_rng(0)
+    points = rng.random((4000, 3)) + noise * rng.normal(size=(4000, 3))
+    assert weighting.scatter(points).noisy < 0.5
+    assert not recon.reconstruct(points).report["samples"]["denoised"]

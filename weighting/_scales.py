@@ -191,8 +191,8 @@ def fit_scales(
 def blend(points, first, links, spacing, skip, sigma, rows, near_sq, most, chosen, frame, move):
     """Where each row lies on the fits around it: the mean of their feet, near and wide fits counting more; displacements [L].
 
-    A row asks itself and its neighbours, then theirs, until somebody has a fit within `most` sigma: other fits are those
-    of another sheet, or of what is beyond an edge. NaN where there is none within `RINGS`.
+    A row asks itself, its neighbours and theirs, and those of these if nobody has a fit within `most` sigma: other fits are
+    those of another sheet, or of what is beyond an edge. NaN where there is none within `RINGS`.
     """
     n = len(points)
     seen = np.full(n, -1, np.int64)
@@ -241,7 +241,7 @@ def blend(points, first, links, spacing, skip, sigma, rows, near_sq, most, chose
                 mx += share * t * (nx - gu * ux - gv * vx)
                 my += share * t * (ny - gu * uy - gv * vy)
                 mz += share * t * (nz - gu * uz - gv * vz)
-            if total > 0.0:
+            if total > 0.0 and ring > 0:
                 move[row, 0], move[row, 1], move[row, 2] = mx / total, my / total, mz / total
                 break
             start, stop = stop, size

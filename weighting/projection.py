@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from recon.contracts import InvalidInput
-from recon.threads import over_ranges
+from recon.threads import over_ranges, workers
 
 from ._scales import blend, fit_scales, normals_of
 from .density import smooth_spacing
@@ -35,6 +35,9 @@ LEAST, SPREAD, GROWTH = 0.05, 1.5, 1.5
 # with one peak, and symmetric, less than 1.8, two sheets 1; and the fits, which every sample pulls by a twelfth, leave
 # (11/12)^2 of what is missing to 3. This is halfway between what they make of the latter two, 2.0 and 1.3.
 LAYERED, LAYERS_SQ = 1.65, 4 * NEAR_SQ
+# Fits to 12 samples see no more than 0.7 spacings of noise, of however much there is, and 0.43 of half a spacing. So above
+# RESOLVED they do not see all of it, and fewer samples, wider apart, are looked at; but no fewer than ENOUGH.
+RESOLVED, ENOUGH = 0.5, 500
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,6 +76,8 @@ class Linked:
     spacing : (m,) ndarray of float64 [L]
     skip : (m,) ndarray of bool
         Samples that are none of the surface.
+    fitted : ndarray of int64
+        The samples that fits are made to, ascending: all, or so many that noise is less than their spacing.
     """
 
     points: NDArray[np.float64]
@@ -80,14 +85,33 @@ class Linked:
     links: NDArray[np.integer]
     spacing: NDArray[np.float64]
     skip: NDArray[np.bool_]
+    fitted: NDArray[np.int64]
 
     @classmethod
     def of(cls, hood: Neighborhood) -> Linked:
         """The distinct points of a neighbourhood, outliers left out."""
-        k = min(RING, hood.k)
-        first = np.arange(len(hood.points) + 1, dtype=np.int64) * k
+        k, n = min(RING, hood.k), len(hood.points)
         links = np.ascontiguousarray(hood.index[:, :k]).ravel()
-        return cls(hood.points, first, links, smooth_spacing(hood), strays(hood)[0])
+        return cls(
+            hood.points,
+            np.arange(n + 1) * k,
+            links,
+            smooth_spacing(hood),
+            strays(hood)[0],
+            np.arange(n, dtype=np.int64),
+        )
+
+    def thinned(self, step: int, threads: int | None) -> Linked:
+        """The same samples linked to one in `step` of them, and with the spacing of those."""
+        some = self.fitted[~self.skip[self.fitted]][::step]
+        few = neighbors(self.points[some], RING, threads=threads)
+        fitted = some[few.rows]
+        k = min(RING + 1, len(fitted))
+        far, nearest = few.tree.query(self.points * few.scale, np.arange(1, k + 1), workers=workers(threads))
+        first = np.arange(len(self.points) + 1) * k
+        spacing = smooth_spacing(few)[nearest[:, 0]]
+        skip = self.skip & (far[:, 0] > np.sqrt(NEAR_SQ) * few.scale * spacing)  # beyond the smallest fit
+        return Linked(self.points, first, fitted[nearest].ravel(), spacing, skip, np.sort(fitted))
 
 
 def scatter(points: ArrayLike | Neighborhood, *, threads: int | None = None) -> Scatter:
@@ -127,14 +151,31 @@ def scatter(points: ArrayLike | Neighborhood, *, threads: int | None = None) -> 
     0.0
     """
     hood = neighbors(points, RING, threads=threads)
-    found = level(_three_dimensional(hood), threads)
+    found = resolved(_three_dimensional(hood), threads)[1]
     return Scatter(found.sigma[hood.inverse], found.relative, found.noisy, found.layered)
+
+
+def resolved(cloud: Linked, threads: int | None) -> tuple[Linked, Scatter]:
+    """Noise of linked samples, and these linked as widely as it takes to see that: of each other, or of every second, fourth ...
+
+    Where no width resolves it, as in what is no surface, the noise is what the samples as given say, an upper bound.
+    """
+    noise = level(cloud, threads)
+    wide, seen, step = cloud, noise, 1
+    while seen.relative > RESOLVED and seen.layered <= 0.5 and len(cloud.fitted) >= 2 * step * ENOUGH:
+        step *= 2
+        wide = cloud.thinned(step, threads)
+        seen = level(wide, threads)
+    if step == 1 or seen.relative > RESOLVED or seen.layered > 0.5:
+        return cloud, noise
+    ratio = np.divide(seen.sigma, cloud.spacing, out=np.zeros(len(seen.sigma)), where=cloud.spacing > 0)
+    return wide, replace(seen, relative=float(np.median(ratio)))
 
 
 def level(cloud: Linked, threads: int | None) -> Scatter:
     """Noise of linked samples."""
     n = len(cloud.points)
-    rows = np.arange(0, n, max(1, n // LOOKED_AT))
+    rows = cloud.fitted[:: max(1, len(cloud.fitted) // LOOKED_AT)]
     variance = _fit(cloud, np.zeros(n), rows, 2, (np.empty(n, np.int8), np.empty((n, 9))), threads)
     known = np.asarray(np.isfinite(variance).all(axis=1))
     parts = max(1, len(rows) // STRETCH)
@@ -182,12 +223,12 @@ def onto_surface(cloud: Linked, sigma: NDArray[np.float64], threads: int | None)
     """
     n = len(cloud.points)
     fits = np.full(n, -1, np.int8), np.empty((n, 9))
-    rows = np.arange(n)
-    _fit(cloud, sigma, rows[::EVERY], LEVELS, fits, threads)
+    rows, few = np.arange(n), cloud.fitted[::EVERY]
+    _fit(cloud, sigma, few, LEVELS, fits, threads)
     widest = np.zeros(n, bool)
     widest[np.repeat(rows, np.diff(cloud.first))[fits[0][cloud.links] == LEVELS - 1]] = True
-    widest[::EVERY] = True
-    _fit(cloud, sigma, rows[~widest], LEVELS, fits, threads)
+    widest[few] = True
+    _fit(cloud, sigma, cloud.fitted[~widest[cloud.fitted]], LEVELS, fits, threads)
     move = np.empty((n, 3))
 
     def work(start: int, stop: int) -> None:

@@ -24,6 +24,9 @@ RADIUS_CAP = 5.0
 REACH_BURIED = 300  # nodes a move may flip to reach a buried sample or an island,
 REACH_PINCH = 30  # to mend a pinched one,
 REACH_HANDLE = 15  # to cut a handle
+CROWDED = (
+    500  # nodes around a sample from which on they are not tried one by one, which takes the square of their number
+)
 HOPELESS = 4.0  # energy above the best at which a move is given up,
 HOPELESS_BURIED = 100.0  # and one that reaches for a buried sample or an island
 ISLAND = 2000  # nodes; larger components are bodies, and so are those with
@@ -296,7 +299,7 @@ def search(ground, sides, pole, anti, widest, rounds, thin, blank, excess, compo
                         HOPELESS_BURIED,
                         WIDEST,
                     )
-            if excess[v] != 0:
+            if excess[v] != 0 and starts[v + 1] - starts[v] <= CROWDED:
                 for i in range(starts[v], starts[v + 1]):
                     if excess[v] != 0 and star[i] < m and state[1] < N - 64:
                         gained += move(

@@ -34,4 +34,5 @@ def linked(mesh: Mesh, threads: int | None = None) -> tuple[Linked, NDArray[np.i
     key = np.unique(np.concatenate([start * n + end, end * n + start]))
     source, links = np.divmod(key, n)
     first = np.searchsorted(source, np.arange(n + 1))
-    return Linked(mesh.vertices[order], first, links, weighting.spacing(hood)[order], np.zeros(n, bool)), place
+    spacing, nobody = weighting.spacing(hood)[order], np.zeros(n, bool)
+    return Linked(mesh.vertices[order], first, links, spacing, nobody, np.arange(n)), place
