@@ -139,6 +139,8 @@ def scatter(points: ArrayLike | Neighborhood, *, threads: int | None = None) -> 
     the third power of the radius where it is smooth, in proportion at a crease. And noise is everywhere, shape here and there.
     Two clean sheets closer than the neighbourhoods are wide look like it, but that nothing lies between them: noise is densest in
     the middle. (Distributions with one peak, symmetric, are mixtures of uniform ones, Khinchine 1938; so their kurtosis is 1.8 or more.)
+    Where that says more than half a spacing, it saw only part of the noise, and looks again at every second sample, every
+    fourth, and so on, down to 500 of them.
 
     Examples
     --------

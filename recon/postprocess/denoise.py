@@ -27,7 +27,8 @@ def denoise(points: ArrayLike | Mesh, *, threads: int | None = None) -> NDArray[
     """Move samples to the local surface, before they are meshed or after.
 
     Along the normal alone: boundaries of open sheets stay where they are. Creases are not rounded by more than the noise; sheets
-    farther apart than two spacings and five standard deviations of it stay apart. What lies off every surface around it stays.
+    farther apart than two spacings and five standard deviations of it stay apart, where it is less than the spacing. What
+    lies off every surface around it stays.
 
     Parameters
     ----------
