@@ -37,7 +37,7 @@ LEAST, SPREAD, GROWTH = 0.05, 1.5, 1.5
 LAYERED, LAYERS_SQ = 1.65, 4 * NEAR_SQ
 # Fits to 12 samples see no more than 0.7 spacings of noise, of however much there is, and 0.43 of half a spacing. So above
 # RESOLVED they do not see all of it, and fewer samples, wider apart, are looked at; but no fewer than ENOUGH.
-RESOLVED, ENOUGH = 0.5, 500
+RESOLVED, ENOUGH = 0.5, 100
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -103,7 +103,7 @@ class Linked:
 
     def thinned(self, step: int, threads: int | None) -> Linked:
         """The same samples linked to one in `step` of them, and with the spacing of those."""
-        some = self.fitted[~self.skip[self.fitted]][::step]
+        some = np.flatnonzero(~self.skip)[::step]
         few = neighbors(self.points[some], RING, threads=threads)
         fitted = some[few.rows]
         k = min(RING + 1, len(fitted))
@@ -140,7 +140,7 @@ def scatter(points: ArrayLike | Neighborhood, *, threads: int | None = None) -> 
     Two clean sheets closer than the neighbourhoods are wide look like it, but that nothing lies between them: noise is densest in
     the middle. (Distributions with one peak, symmetric, are mixtures of uniform ones, Khinchine 1938; so their kurtosis is 1.8 or more.)
     Where that says more than half a spacing, it saw only part of the noise, and looks again at every second sample, every
-    fourth, and so on, down to 500 of them.
+    fourth, and so on, down to 100 of them.
 
     Examples
     --------
@@ -164,7 +164,8 @@ def resolved(cloud: Linked, threads: int | None) -> tuple[Linked, Scatter]:
     """
     noise = level(cloud, threads)
     wide, seen, step = cloud, noise, 1
-    while seen.relative > RESOLVED and seen.layered <= 0.5 and len(cloud.fitted) >= 2 * step * ENOUGH:
+    samples = np.count_nonzero(~cloud.skip)
+    while seen.relative > RESOLVED and seen.layered <= 0.5 and samples >= 2 * step * ENOUGH:
         step *= 2
         wide = cloud.thinned(step, threads)
         seen = level(wide, threads)
