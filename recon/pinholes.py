@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+from .handles import EDGES, THIN
 from .topology import HalfEdges
 
-PINHOLE = 2 * np.pi  # longest way around one, that of a circle with a radius of one spacing [local spacings]
-EDGES = 8  # of such a loop, at most
+PINHOLE = THIN  # longest way around one: neither that nor a thin handle is shown by samples [local spacings]
 ISLAND = 32  # samples; the boundary of a smaller piece is no hole
 
 Triple = tuple[int, int, int]

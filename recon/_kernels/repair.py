@@ -24,9 +24,7 @@ RADIUS_CAP = 5.0
 REACH_BURIED = 300  # nodes a move may flip to reach a buried sample or an island,
 REACH_PINCH = 30  # to mend a pinched one,
 REACH_HANDLE = 15  # to cut a handle
-CROWDED = (
-    500  # nodes around a sample from which on they are not tried one by one, which takes the square of their number
-)
+CROWDED = 500  # nodes around a sample above which they are not tried one by one: that takes their square
 HOPELESS = 4.0  # energy above the best at which a move is given up,
 HOPELESS_BURIED = 100.0  # and one that reaches for a buried sample or an island
 ISLAND = 2000  # nodes; larger components are bodies, and so are those with
