@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 import weighting
 from weighting import projection
-
-NOISY = 0.5  # share of the cloud above which it is denoised unasked
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,7 +48,7 @@ class Samples:
 
 
 def clean_samples(points: NDArray[np.float64], denoise: bool | None, threads: int | None) -> Samples:
-    """Remove what is certainly no sample of a surface, and denoise: where there is noise (None), always (True), neither (False).
+    """Remove what is certainly no sample of a surface, and denoise: where there is noise (None), everywhere (True), neither (False).
 
     Parameters
     ----------
@@ -82,7 +80,9 @@ def clean_samples(points: NDArray[np.float64], denoise: bool | None, threads: in
     figures["noise"] = float(np.median(noise.sigma))
     figures["noise_in_spacings"] = noise.relative
     figures["noisy_share"], figures["layered_share"] = noise.noisy, noise.layered
-    if denoise or noise.noisy > NOISY:
+    if not denoise:
+        noise = replace(noise, sigma=np.where(noise.where, noise.sigma, 0.0))
+    if noise.sigma.any():
         from .postprocess.denoise import moved
 
         before, located = located, moved(hood, cloud, noise, threads)

@@ -81,3 +81,11 @@ def test_no_pinholes_are_left(name, n, density, noise):
 def test_a_missing_triangle_of_a_planar_region_is_put_back():
     points = np.array(datasets_synthetic.surface("disk").sample(30000, rng=1).points)
     assert topology(recon.reconstruct(points).mesh.faces).boundary_loops == 1
+
+
+def test_mending_pinched_samples_tears_no_sheet():
+    """Facets too wide for a sheet are none, and of no energy: cells far away are not worth a hole."""
+    truth = datasets_synthetic.surface("wavy_sheet")
+    sample = truth.sample(30000, rng=2, density=10, noise=0.3 * np.sqrt(truth.area / 30000))
+    t = topology(recon.reconstruct(sample.points).mesh.faces)
+    assert (t.euler, t.boundary_loops) == (truth.euler, truth.boundary_loops)

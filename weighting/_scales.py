@@ -13,9 +13,13 @@ from ._frame import normal_of, tangents_of
 TERMS = 6  # h = a0 + a1 u + a2 v + a3 u^2 + a4 uv + a5 v^2
 MOMENTS = 22  # 15 of u, v up to degree 4; 6 of h times the terms; h^2
 LEAST = 9  # samples of a fit
-CROWD = 160  # samples that one fit sees at most
+CROWD = 320  # samples that one fit sees at most
+WIDER = 1  # more levels where noise is strong
 RINGS = 3  # of neighbours that are asked for a fit
 DISCOUNT = 9.0  # heights up to three sigma do not count as distance: in a plain ball, noise would flatten the rim
+# What noise explains of the quadratic terms: 3 sigma^2 on average, 5 by chance more. They shrink by 1 - (BENT sigma^2 / theirs)^2,
+# and are none below: a plane through the same samples is twice as accurate (Stein 1956).
+BENT = 5.0
 SINGULAR = 1e-9  # of its square, what the other terms leave of a term for it to have a coefficient
 GRAM = np.array(  # which moment each entry of the normal matrix is; order 1 u v uu uv vv uuu uuv uvv vvv u4 u3v u2v2 uv3 v4
     [
@@ -41,28 +45,30 @@ def fit_scales(
     rows,
     near_sq,
     levels,
-    wide,
+    strong,
     slack,
     variance,
     chosen,
     frame,
 ):
-    """Fit the samples within sqrt(near_sq 2^l) spacings of each row, reached along links, for every level l below `levels`.
+    """Fit the samples within sqrt(near_sq 2^l) spacings of each row, reached along links, for every level l below `levels`; where `strong`,
+    below `levels` + `WIDER`, all of them over the plane of level 1.
 
     variance: of the distance to the quadric at each level [L^2], NaN where it is not determined. chosen: the widest level
     whose variance is below bound^2 (1 + slack sqrt(2 / freedom)), -1 where there is none. frame: of that fit the
-    normal of its plane, the six coefficients, in units of the spacing. The plane is that of level `wide`.
+    normal of its plane, the six coefficients, in units of the spacing.
     """
     n = len(points)
     seen = np.full(n, -1, np.int64)
     queue, distance, local = np.empty(CROWD, np.int64), np.empty(CROWD), np.zeros((CROWD, 3))
-    moment, count = np.empty((levels, MOMENTS)), np.empty(levels)
+    moment, count = np.empty((levels + WIDER, MOMENTS)), np.empty(levels + WIDER)
     factor, half, solution = np.empty((TERMS, TERMS)), np.empty(TERMS), np.empty(TERMS)
-    widest = near_sq * 2.0 ** (levels - 1)
     for row in range(len(rows)):
         i = rows[row]
         chosen[i] = -1
-        for level in range(levels):
+        depth = levels + WIDER if strong[i] else levels
+        widest = near_sq * 2.0 ** (depth - 1)
+        for level in range(depth):
             variance[row, level] = np.nan
         unit = spacing[i]
         if unit == 0.0 or skip[i]:
@@ -88,7 +94,7 @@ def fit_scales(
                     local[size, 0], local[size, 1], local[size, 2] = x, y, z
                     size += 1
         # plane
-        limit = near_sq * 2.0 ** wide[i]
+        limit = 2.0 * near_sq if strong[i] else near_sq
         total = sx = sy = sz = xx = xy = xz = yy = yz = zz = 0.0
         for j in range(size):
             if distance[j] > limit:
@@ -107,7 +113,7 @@ def fit_scales(
         )
         ux, uy, uz, vx, vy, vz = tangents_of(nx, ny, nz)
         # moments, ring by ring
-        for level in range(levels):
+        for level in range(depth):
             count[level] = 0.0
             for a in range(MOMENTS):
                 moment[level, a] = 0.0
@@ -117,9 +123,9 @@ def fit_scales(
             uu, uv, vv = u * u, u * v, v * v
             level, limit = 0, near_sq
             square = uu + vv + max(h * h - DISCOUNT * noise_sq, 0.0)
-            while level < levels and square > limit:
+            while level < depth and square > limit:
                 level, limit = level + 1, 2.0 * limit
-            if level == levels:
+            if level == depth:
                 continue
             count[level] += 1.0
             moment[level, 1] += u
@@ -143,7 +149,7 @@ def fit_scales(
             moment[level, 19] += uv * h
             moment[level, 20] += vv * h
             moment[level, 21] += h * h
-        for level in range(levels):
+        for level in range(depth):
             if level > 0:
                 count[level] += count[level - 1]
                 for a in range(MOMENTS):
@@ -176,11 +182,16 @@ def fit_scales(
             variance[row, level] = left * unit * unit
             if not left <= (bound[i] / unit) ** 2 * (1.0 + slack * math.sqrt(2.0 / freedom)):
                 continue
+            bent = half[3] * half[3] + half[4] * half[4] + half[5] * half[5]
+            chance = min(BENT * noise_sq / bent, 1.0) if bent > 0.0 else 0.0
             for a in range(TERMS - 1, -1, -1):
-                value = half[a]
+                value = half[a] * (1.0 - chance * chance) if a > 2 else half[a]
                 for c in range(a + 1, TERMS):
                     value -= factor[c, a] * solution[c]
                 solution[a] = value / factor[a, a]
+            solution[0] -= noise_sq * (
+                solution[3] + solution[5]
+            )  # samples outside a bend are thinner spread, and weigh less
             chosen[i] = level
             frame[i, 0], frame[i, 1], frame[i, 2] = nx, ny, nz
             for a in range(TERMS):

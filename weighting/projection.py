@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from recon.contracts import InvalidInput
 from recon.threads import over_ranges, workers
 
-from ._scales import blend, fit_scales, normals_of
+from ._scales import WIDER, blend, fit_scales, normals_of
 from .density import smooth_spacing
 from .neighborhood import RING, Neighborhood, neighbors
 from .stray import strays
@@ -18,12 +18,13 @@ from .stray import strays
 NEAR_SQ = 4.0  # squared radius of the smallest fit [spacings^2]: some 12 samples; each level has twice as many
 LEVELS = 4
 WITHOUT_NOISE_SQ = 6.0  # squared radius of the fits that give normals [spacings^2]: some 19 samples
-EVERY = 4  # one sample in so many has a fit of its own where the fits are wide, elsewhere every one
+EVERY = 8  # one sample in so many has a fit of its own where the fits are wide, elsewhere every one
 SLACK = 3.0  # standard deviations by which the misfit of a fit may exceed the noise
 MOST = 5.0  # standard deviations of noise from a fit that a sample may be moved
 STRONG = 0.25  # noise [spacings] from which on planes need more samples
 LOOKED_AT = 4096  # samples from which the noise level is taken
-STRETCH = 256  # of those along the space filling curve, for which there is one level
+STRETCH = 256  # of those, next to each other, that a level is taken from
+CENTERS = 4  # one of those in so many is the middle of a stretch
 # The lower quartile of chi^2 over its degrees of freedom, for the 12 - 6 and the 25 - 6 of the two smallest fits. The
 # quartile, and not the median, so that up to three quarters of a stretch may lie on edges.
 QUARTILES = 0.576, 0.766
@@ -31,6 +32,9 @@ QUARTILES = 0.576, 0.766
 # SPREAD times the quartile (1.25 for noise, 1.6 and more for shape); and the same at twice the area, up to GROWTH (0.9 to 1.3
 # for noise, 1.6 at creases, 2 and more where the surface is smooth).
 LEAST, SPREAD, GROWTH = 0.05, 1.5, 1.5
+# It is the core of a noisy region where MOSTLY of the stretches around are noisy; and noise reaches from there as far as it can
+# explain the misfits: chi^2 over its 6 degrees of freedom is less than EXPLAINED for 2 samples in 100 alone.
+MOSTLY, EXPLAINED = 0.5, 0.2
 # And no stretch is noisy that is layered. Kurtosis of the distances from fits to some 50 samples: noise has 3, no distribution
 # with one peak, and symmetric, less than 1.8, two sheets 1; and the fits, which every sample pulls by a twelfth, leave
 # (11/12)^2 of what is missing to 3. This is halfway between what they make of the latter two, 2.0 and 1.3.
@@ -47,17 +51,20 @@ class Scatter:
     Attributes
     ----------
     sigma : (n,) ndarray of float64 [L]
-        Standard deviation from a smooth surface, along its normal; the same for stretches of neighbours. Only an upper
-        bound where it is not noise. 0 where there are too few samples to say.
+        Standard deviation from a smooth surface, along its normal. Only an upper bound where it is not noise.
+        0 where there are too few samples to say.
+    where : (n,) ndarray of bool
+        It is noise, and at least a twentieth of the spacing: not shape finer than the samples show.
     relative : float
         Median of it, in local spacings.
     noisy : float
-        Share of the cloud where it is noise, and at least a twentieth of the spacing: not shape finer than the samples show.
+        Share of the cloud where it is noise.
     layered : float
         Share that would count as noisy, but lies in two sheets, too close together for fits to keep them apart.
     """
 
     sigma: NDArray[np.float64]
+    where: NDArray[np.bool_]
     relative: float
     noisy: float
     layered: float
@@ -136,7 +143,8 @@ def scatter(points: ArrayLike | Neighborhood, *, threads: int | None = None) -> 
     -----
     Quadrics through some 12 and some 25 samples around each of at most 4,096. Their misfit, by degrees of freedom, is the
     variance of the noise whatever the scale, where the surface is smooth; the misfit of a shape that no quadric has grows with the scale: as
-    the third power of the radius where it is smooth, in proportion at a crease. And noise is everywhere, shape here and there.
+    the third power of the radius where it is smooth, in proportion at a crease. And noise is everywhere, shape here and there:
+    256 of these samples, next to each other, must agree. So the level may vary over the cloud, and part of it be clean.
     Two clean sheets closer than the neighbourhoods are wide look like it, but that nothing lies between them: noise is densest in
     the middle. (Distributions with one peak, symmetric, are mixtures of uniform ones, Khinchine 1938; so their kurtosis is 1.8 or more.)
     Where that says more than half a spacing, it saw only part of the noise, and looks again at every second sample, every
@@ -154,13 +162,13 @@ def scatter(points: ArrayLike | Neighborhood, *, threads: int | None = None) -> 
     """
     hood = neighbors(points, RING, threads=threads)
     found = resolved(_three_dimensional(hood), threads)[1]
-    return Scatter(found.sigma[hood.inverse], found.relative, found.noisy, found.layered)
+    return Scatter(found.sigma[hood.inverse], found.where[hood.inverse], found.relative, found.noisy, found.layered)
 
 
 def resolved(cloud: Linked, threads: int | None) -> tuple[Linked, Scatter]:
     """Noise of linked samples, and these linked as widely as it takes to see that: of each other, or of every second, fourth ...
 
-    Where no width resolves it, as in what is no surface, the noise is what the samples as given say, an upper bound.
+    Where no width resolves it, as in what is no surface, there is no noise; what the samples as given say is an upper bound.
     """
     noise = level(cloud, threads)
     wide, seen, step = cloud, noise, 1
@@ -169,8 +177,10 @@ def resolved(cloud: Linked, threads: int | None) -> tuple[Linked, Scatter]:
         step *= 2
         wide = cloud.thinned(step, threads)
         seen = level(wide, threads)
-    if step == 1 or seen.relative > RESOLVED or seen.layered > 0.5:
+    if step == 1:
         return cloud, noise
+    if seen.relative > RESOLVED or seen.layered > 0.5:
+        return cloud, replace(noise, where=np.zeros_like(noise.where), noisy=0.0)
     ratio = np.divide(seen.sigma, cloud.spacing, out=np.zeros(len(seen.sigma)), where=cloud.spacing > 0)
     return wide, replace(seen, relative=float(np.median(ratio)))
 
@@ -181,35 +191,47 @@ def level(cloud: Linked, threads: int | None) -> Scatter:
     rows = cloud.fitted[:: max(1, len(cloud.fitted) // LOOKED_AT)]
     variance = _fit(cloud, np.zeros(n), rows, 2, (np.empty(n, np.int8), np.empty((n, 9))), threads)
     known = np.asarray(np.isfinite(variance).all(axis=1))
-    parts = max(1, len(rows) // STRETCH)
-    sigma, even, total = np.zeros(n), [], 0
-    bounds = np.linspace(0, len(rows), parts + 1).astype(np.int64)
-    for start, stop in zip(bounds[:-1], bounds[1:]):
-        here = slice(int(rows[start]), n if stop == len(rows) else int(rows[stop]))
-        total += here.stop - here.start
-        values = variance[start:stop][known[start:stop]]
-        if len(values) < STRETCH // 32:
-            continue
-        (low, middle), wide = np.quantile(values[:, 0], [0.25, 0.5]), np.quantile(values[:, 1], 0.25)
-        sigma[here], wider = np.sqrt(low / QUARTILES[0]), np.sqrt(wide / QUARTILES[1])
-        same = middle <= SPREAD**2 * low and wider <= GROWTH * sigma[here.start]
-        if same and sigma[here.start] > LEAST * np.median(cloud.spacing[here]):
-            even.append((rows[start:stop], here.stop - here.start))
-    sheets = _layered(cloud, [asked for asked, _ in even], threads)
-    steady, layered = sum(size for _, size in even), sum(size for (_, size), two in zip(even, sheets) if two)
+    rows, variance = rows[known], variance[known]
+    if len(rows) < STRETCH // 32:
+        return Scatter(np.zeros(n), np.zeros(n, bool), 0.0, 0.0, 0.0)
+    centers = np.arange(0, len(rows), CENTERS)
+    hood = neighbors(cloud.points[rows], 1, threads=threads)
+    near = hood.rows[hood.wider(hood.inverse[centers], STRETCH, threads)[0]]
+    (low, middle), wide = (
+        np.quantile(variance[near, 0], [0.25, 0.5], axis=1),
+        np.quantile(variance[near, 1], 0.25, axis=1),
+    )
+    sigma, wider = np.sqrt(low / QUARTILES[0]), np.sqrt(wide / QUARTILES[1])
+    even = (middle <= SPREAD**2 * low) & (wider <= GROWTH * sigma) & (sigma > LEAST * cloud.spacing[rows[centers]])
+    sheets = even & _layered(cloud, rows, near, threads) if even.any() else even
+
+    def around(values: NDArray) -> NDArray[np.float64]:
+        """Mean over the centres in every stretch."""
+        sums = np.zeros((2, len(rows)))
+        sums[0, centers], sums[1, centers] = values, 1.0
+        total, count = sums[:, near].sum(axis=2)
+        return np.asarray((total + values) / (count + 1.0))
+
+    core = around(even & ~sheets) > MOSTLY
+    share = around(core)
+    beside = np.divide(around(core * sigma), share, out=sigma.copy(), where=share > 0)  # noise of the core in a stretch
+    of = np.arange(len(rows)) // CENTERS  # whose stretch counts for a fit: the one before, which is near
+    noise = core[of] | ((share[of] > 0) & (variance[:, 0] > EXPLAINED * beside[of] ** 2))
+    sigma = np.where(noise & ~even[of], beside[of], sigma[of])
+    before = np.maximum(np.searchsorted(rows, np.arange(n), "right") - 1, 0)  # which fit counts for a sample
+    sigma, noise, layered = sigma[before], noise[before], (around(sheets) > MOSTLY)[of][before]
     relative = np.divide(sigma, cloud.spacing, out=np.zeros(n), where=cloud.spacing > 0)
-    return Scatter(sigma, float(np.median(relative)), (steady - layered) / total, layered / total)
+    return Scatter(sigma, noise, float(np.median(relative)), float(np.mean(noise)), float(np.mean(layered)))
 
 
-def _layered(cloud: Linked, parts: list[NDArray[np.int64]], threads: int | None) -> list[bool]:
-    """Do the samples of each part lie on either side of what is fitted to them, rather than on it?"""
-    if not parts:
-        return []
+def _layered(cloud: Linked, rows: NDArray[np.int64], near: NDArray[np.int64], threads: int | None) -> NDArray[np.bool_]:
+    """Do the samples around each lie on either side of what is fitted to them, rather than on it?"""
     n = len(cloud.points)
     chosen, frame = np.full(n, -1, np.int8), np.empty((n, 9))
-    _fit(cloud, np.zeros(n), np.concatenate(parts), 1, (chosen, frame), threads, np.full(n, np.inf), LAYERS_SQ)
-    off_sq = [frame[asked[chosen[asked] >= 0], 3] ** 2 for asked in parts]
-    return [bool(len(square) * (square**2).sum() < LAYERED * square.sum() ** 2) for square in off_sq]
+    _fit(cloud, np.zeros(n), rows, 1, (chosen, frame), threads, np.full(n, np.inf), LAYERS_SQ)
+    fitted = chosen[rows] >= 0
+    off_sq = np.where(fitted, frame[rows, 3] ** 2, 0.0)[near]
+    return np.asarray(fitted[near].sum(axis=1) * (off_sq**2).sum(axis=1) < LAYERED * off_sq.sum(axis=1) ** 2)
 
 
 def onto_surface(cloud: Linked, sigma: NDArray[np.float64], threads: int | None) -> NDArray[np.float64]:
@@ -217,8 +239,9 @@ def onto_surface(cloud: Linked, sigma: NDArray[np.float64], threads: int | None)
 
     Notes
     -----
-    One sample in four, and every one where fits are narrow, is given a quadric, through the largest of four nested neighbourhoods (12 to 100 samples) whose misfit the
-    noise explains: wide where the surface is smooth, narrow where it bends, none across a crease, a corner or two sheets.
+    One sample in eight, and every one where fits are narrow, is given a quadric, through the largest of four nested neighbourhoods (12 to 100 samples; 200 above a quarter of
+    a spacing) whose misfit the noise explains: wide where the surface is smooth, narrow where it bends, none across a crease, a corner or two sheets.
+    What noise explains of its bend is taken out, as is the shift by sigma^2 times the mean curvature that isotropic noise gives to a surface.
     Every sample then moves to the mean of its feet on the quadrics of its neighbours that it lies within five
     standard deviations of. Near creases these are the fits on its own side of it; those of the other side are too far.
     Linear cost. Sources: local regression with the neighbourhood chosen from the residuals (Cleveland & Loader 1996);
@@ -228,10 +251,11 @@ def onto_surface(cloud: Linked, sigma: NDArray[np.float64], threads: int | None)
     fits = np.full(n, -1, np.int8), np.empty((n, 9))
     rows, few = np.arange(n), cloud.fitted[::EVERY]
     _fit(cloud, sigma, few, LEVELS, fits, threads)
-    widest = np.zeros(n, bool)
-    widest[np.repeat(rows, np.diff(cloud.first))[fits[0][cloud.links] == LEVELS - 1]] = True
-    widest[few] = True
-    _fit(cloud, sigma, cloud.fitted[~widest[cloud.fitted]], LEVELS, fits, threads)
+    served, asking = fits[0] >= LEVELS - 1, np.repeat(rows, np.diff(cloud.first))
+    for _ in range(2):
+        served[asking[served[cloud.links]]] = True
+    served[few] = True
+    _fit(cloud, sigma, cloud.fitted[~served[cloud.fitted]], LEVELS, fits, threads)
     move = np.empty((n, 3))
 
     def work(start: int, stop: int) -> None:
@@ -266,17 +290,17 @@ def _fit(
 ) -> NDArray[np.float64]:
     """Misfit of each row at each level; the widest level of a misfit within `bound` (sigma by default) and the quadric there go to `fits`."""
     allowed = sigma if bound is None else bound
-    variance = np.empty((len(rows), levels))
-    wide = (sigma > STRONG * cloud.spacing).astype(np.int8)
+    variance = np.empty((len(rows), levels + WIDER))
+    strong = sigma > STRONG * cloud.spacing
 
     def work(start: int, stop: int) -> None:
         fit_scales(
             cloud.points, cloud.first, cloud.links, cloud.spacing, cloud.skip, sigma, allowed,
-            rows[start:stop], near_sq, levels, wide, SLACK, variance[start:stop], *fits,
+            rows[start:stop], near_sq, levels, strong, SLACK, variance[start:stop], *fits,
         )  # fmt: skip
 
     over_ranges(work, len(rows), threads)
-    return variance
+    return variance[:, :levels]
 
 
 def _three_dimensional(hood: Neighborhood) -> Linked:

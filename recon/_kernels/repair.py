@@ -1,7 +1,8 @@
 """Local search on the sides of nodes until every sample has exactly one umbrella of surface facets.
 
 Energy = BURIED for each sample with one side missing + PINCH for each umbrella beyond the first + TOPOLOGY for each
-component and handle + WALL * radius^2 for each surface facet (radius in local spacings, capped). A move flips a growing
+component and handle + WALL * radius^2 for each surface facet (radius in local spacings, capped); of a sheet, where facets of
+wide gates are none, there is no WALL, for it would eat it from its boundary, and TOPOLOGY for each hole and half a handle. A move flips a growing
 set of nodes of one side, in a stated order, and keeps the prefix of lowest energy. Bodies may be parted and islands
 joined to them, but two bodies that become one gain nothing by that: a neck is not worth it.
 """
@@ -45,7 +46,23 @@ def beside_surface(links, gate, sides, x):
 
 
 @kernel
-def edge_facets(nodes, links, sides, x, i, j):
+def narrow(links, gate, widest, x, k):
+    """Whether gate k of node x, a cell or a ghost, is no wider than `widest`."""
+    if widest == np.inf:
+        return True
+    y = links[x, k]
+    if x < len(gate):
+        return gate[x, k] <= widest
+    if y >= len(gate):
+        return False
+    q = 0
+    while links[y, q] != x:
+        q += 1
+    return gate[y, q] <= widest
+
+
+@kernel
+def edge_facets(nodes, links, gate, sides, widest, x, i, j):
     """Surface facets around the edge (i, j) of node x, and the sides of the two nodes next to x around it."""
     a, b = nodes[x, i], nodes[x, j]
     k = 0
@@ -56,8 +73,9 @@ def edge_facets(nodes, links, sides, x, i, j):
     y = links[x, k]
     first = sides[y]
     before, facets = sides[x], 0
+    at, through = x, k
     while y != x:
-        facets += sides[y] != before
+        facets += sides[y] != before and narrow(links, gate, widest, at, through)
         before = sides[y]
         t = 0
         while nodes[y, t] != turn:
@@ -67,13 +85,14 @@ def edge_facets(nodes, links, sides, x, i, j):
             if u != a and u != b and u != turn:
                 fresh = u
         turn = fresh
+        at, through = y, t
         y = links[y, t]
-    facets += before != sides[x]
+    facets += before != sides[x] and narrow(links, gate, widest, at, through)
     return facets, first, before
 
 
 @kernel
-def bridges(nodes, links, sides, x):
+def bridges(nodes, links, gate, sides, x):
     """Whether flipping node x would join two places of the surface that no edge of its joins: where a handle may be thin."""
     count, one = 0, 0
     for k in range(4):
@@ -85,13 +104,13 @@ def bridges(nodes, links, sides, x):
         for i in range(4):
             for j in range(i + 1, 4):
                 if i == one or j == one:
-                    joined += edge_facets(nodes, links, sides, x, i, j)[0] > 0
+                    joined += edge_facets(nodes, links, gate, sides, np.inf, x, i, j)[0] > 0
         return joined == 0
     if count == 2:
         i = 0
         while sides[links[x, i]] == sides[x]:
             i += 1
-        return edge_facets(nodes, links, sides, x, i, one - i)[0] > 0
+        return edge_facets(nodes, links, gate, sides, np.inf, x, i, one - i)[0] > 0
     return False
 
 
@@ -117,21 +136,30 @@ def wall(points, spacing, i, j, k):
 @kernel
 def flip(ground, scratch, widest, sides, x, excess):
     """Flip node x: the change of energy without topology, and of the surface's Euler number."""
-    points, spacing, nodes, links = ground[:4]
+    points, spacing, nodes, links, gate = ground[:5]
     n = len(points)
-    energy, chi = 0.0, 0
+    energy, chi, closed = 0.0, 0, widest == np.inf
     for k in range(4):
+        if gate[x, k] > widest:
+            continue
         i, j, l = nodes[x, (k + 1) & 3], nodes[x, (k + 2) & 3], nodes[x, (k + 3) & 3]
         if sides[links[x, k]] == sides[x]:
             chi += 1
-            energy += wall(points, spacing, i, j, l)
+            energy += wall(points, spacing, i, j, l) if closed else 0.0
         else:
             chi -= 1
-            energy -= wall(points, spacing, i, j, l)
+            energy -= wall(points, spacing, i, j, l) if closed else 0.0
     for i in range(4):
         for j in range(i + 1, 4):
-            facets, one, two = edge_facets(nodes, links, sides, x, i, j)
-            after = facets + (1 if one == sides[x] else -1) + (1 if two == sides[x] else -1)
+            facets, one, two = edge_facets(nodes, links, gate, sides, widest, x, i, j)
+            k = 0
+            while k == i or k == j:
+                k += 1
+            after = facets
+            if gate[x, k] <= widest:
+                after += 1 if one == sides[x] else -1
+            if gate[x, 6 - i - j - k] <= widest:
+                after += 1 if two == sides[x] else -1
             chi += (facets > 0) - (after > 0)
     sides[x] ^= 1
     for k in range(4):
@@ -143,6 +171,12 @@ def flip(ground, scratch, widest, sides, x, excess):
             energy += (BURIED if new < 0 else PINCH * new) - (BURIED if old < 0 else PINCH * old)
             chi += (new >= 0) - (old >= 0)
     return energy, chi
+
+
+@kernel
+def topology(pieces, chi, widest):
+    """Energy of `pieces` more components of nodes and a change `chi` of the Euler number; a sheet must not come apart for it."""
+    return TOPOLOGY * (2 * pieces - chi / 2) if widest == np.inf else TOPOLOGY * max(-chi, 0)
 
 
 @kernel
@@ -182,7 +216,7 @@ def move(ground, scratch, widest, sides, work, seed, reach, hopeless, order):
         # one more component where it touches none, one less for each further one it joins or when it used up its own;
         # but two bodies that become one are nothing gained
         pieces = 2 - len(touched) - (length == size[ours]) + max(bodies - 1, 0)
-        total = energy + TOPOLOGY * (2 * pieces - chi / 2)
+        total = energy + topology(pieces, chi, widest)
         if total < best:
             best, best_length, best_energy, best_chi = total, length, energy, chi
             best_touched, best_bodies = len(touched), bodies
@@ -207,7 +241,7 @@ def move(ground, scratch, widest, sides, work, seed, reach, hopeless, order):
         stamp += 1
         cut, tail = cut_off(links, component, ours, chain, best_length, queue, after, label, seen, stamp)
         pieces = 2 - best_touched + cut + max(best_bodies - 1, 0)
-        best = best_energy + TOPOLOGY * (2 * pieces - best_chi / 2)
+        best = best_energy + topology(pieces, best_chi, widest)
         if best > -1e-9:
             best = 0.0
             for i in range(best_length - 1, -1, -1):
@@ -254,7 +288,7 @@ def move(ground, scratch, widest, sides, work, seed, reach, hopeless, order):
 def thin_spots(nodes, links, gate, sides, first, last, thin):
     """Fill in where a range of nodes may be the inside of a thin handle (m,)."""
     for x in range(first, last):
-        thin[x] = beside_surface(links, gate, sides, x) and bridges(nodes, links, sides, x)
+        thin[x] = beside_surface(links, gate, sides, x) and bridges(nodes, links, gate, sides, x)
 
 
 @kernel
