@@ -1,8 +1,8 @@
 """Local search on the sides of nodes until every sample has exactly one umbrella of surface facets.
 
 Energy = BURIED for each sample with one side missing + PINCH for each umbrella beyond the first + TOPOLOGY for each
-component and handle + WALL * radius^2 for each surface facet (radius in local spacings, capped); of a sheet, where facets of
-wide gates are none, there is no WALL, for it would eat it from its boundary, and TOPOLOGY for each hole and half a handle. A move flips a growing
+component and handle + WALL * radius^2 for each surface facet (radius in local spacings, capped); of a sheet,
+where facets of wide gates are none, TOPOLOGY for each hole, and twice for each handle. A move flips a growing
 set of nodes of one side, in a stated order, and keeps the prefix of lowest energy. Bodies may be parted and islands
 joined to them, but two bodies that become one gain nothing by that: a neck is not worth it.
 """
@@ -138,17 +138,17 @@ def flip(ground, scratch, widest, sides, x, excess):
     """Flip node x: the change of energy without topology, and of the surface's Euler number."""
     points, spacing, nodes, links, gate = ground[:5]
     n = len(points)
-    energy, chi, closed = 0.0, 0, widest == np.inf
+    energy, chi = 0.0, 0
     for k in range(4):
         if gate[x, k] > widest:
             continue
         i, j, l = nodes[x, (k + 1) & 3], nodes[x, (k + 2) & 3], nodes[x, (k + 3) & 3]
         if sides[links[x, k]] == sides[x]:
             chi += 1
-            energy += wall(points, spacing, i, j, l) if closed else 0.0
+            energy += wall(points, spacing, i, j, l)
         else:
             chi -= 1
-            energy -= wall(points, spacing, i, j, l) if closed else 0.0
+            energy -= wall(points, spacing, i, j, l)
     for i in range(4):
         for j in range(i + 1, 4):
             facets, one, two = edge_facets(nodes, links, gate, sides, widest, x, i, j)
@@ -175,8 +175,8 @@ def flip(ground, scratch, widest, sides, x, excess):
 
 @kernel
 def topology(pieces, chi, widest):
-    """Energy of `pieces` more components of nodes and a change `chi` of the Euler number; a sheet must not come apart for it."""
-    return TOPOLOGY * (2 * pieces - chi / 2) if widest == np.inf else TOPOLOGY * max(-chi, 0)
+    """Energy of `pieces` more components of nodes, and of a change `chi` of the surface's Euler number."""
+    return TOPOLOGY * (2 * pieces - chi / 2) if widest == np.inf else -TOPOLOGY * chi
 
 
 @kernel
