@@ -128,8 +128,8 @@ def reconstruct(
         Split vertices and edges where the surface touches itself, so that it is a manifold; remove pieces no deeper than
         their faces are wide, `recon.postprocess.remove_islands`.
     denoise : bool, optional
-        Move the samples to the local surface first: `recon.postprocess.denoise`. By default where most of the cloud is
-        noisy, by a twentieth of the spacing or more: `weighting.scatter`. Samples that are certainly none of the surface are
+        Move the samples to the local surface first: `recon.postprocess.denoise`. By default where they are noisy, by a
+        twentieth of the spacing or more: `weighting.scatter`. Samples that are certainly none of the surface are
         removed, `weighting.certain_outliers`, unless False. The report says what was moved and removed.
     threads : int, optional
         All by default. The result does not depend on it.

@@ -36,7 +36,7 @@ Examples:
 @click.option("--alpha", type=Alpha(), default=0.0, show_default=True, help="Added to every weight: a squared length.")
 @click.option(
     "--denoise/--no-denoise", default=None,
-    help="Move the points to the local surface first, or never; by default where most of the cloud is noisy.",
+    help="Move the points to the local surface first, or never; by default where they are noisy.",
 )  # fmt: skip
 @click.option("--refine", is_flag=True, help="Insert vertices on the local fit where the surface is curved.")
 @click.option("--no-clean", is_flag=True, help="Leave the mesh as the complex gives it.")

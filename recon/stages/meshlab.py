@@ -43,7 +43,7 @@ def generate_weighted_alpha_shape(mesh_set: Any, **parameters: Any) -> dict[str,
         Added to all weights.
     surface : {"Auto", "Closed", "Open", "Complex"}
     denoise : {"Auto", "Yes", "No"}
-        Move the points to the local surface first; Auto: where most of them are noisy.
+        Move the points to the local surface first; Auto: where they are noisy.
     clean : bool
         Split vertices where the surface touches itself.
     radiusattribute : str
