@@ -248,8 +248,10 @@ class _Evidence:
         self.order = order = spatial_sort.hilbert_order(triangulation.points)
         rank = np.empty(len(order), np.int32)
         rank[order] = np.arange(len(order), dtype=np.int32)
-        self.points, self.weights = triangulation.points[order], triangulation.weights[order]
-        self.spacing = spacing = spacing[order]
+        # A power of two keeps the sixth powers of lengths in range, and changes nothing else.
+        unit = 2.0 ** min(1023.0, -float(np.frexp(np.ptp(triangulation.points, axis=0).max())[1]))
+        self.points, self.weights = triangulation.points[order] * unit, triangulation.weights[order] * unit * unit
+        self.spacing = spacing = spacing[order] * unit
         m = len(triangulation.cells)
         nodes, links = np.empty((2, m + np.count_nonzero(triangulation.neighbors < 0), 4), np.int32)
         sides.close_hull(triangulation.cells, triangulation.neighbors, rank, nodes, links)

@@ -94,7 +94,7 @@ def test_utm_offsets_do_no_harm(torus, offset):
     assert (t.closed, t.manifold, t.genus) == (True, True, 1)
 
 
-@pytest.mark.parametrize("scale", [1e-12, 1e-6, 1e12])
+@pytest.mark.parametrize("scale", [1e-150, 1e-60, 1e-12, 1e-6, 1e12, 1e60, 1e99])
 def test_any_scale(torus, scale):
     t = topology(recon.reconstruct(torus * scale).mesh.faces)
     assert (t.closed, t.manifold, t.genus) == (True, True, 1)
