@@ -220,6 +220,12 @@ def level(cloud: Linked, threads: int | None) -> Scatter:
     sigma = np.where(noise & ~even[of], beside[of], sigma[of])
     before = np.maximum(np.searchsorted(rows, np.arange(n), "right") - 1, 0)  # which fit counts for a sample
     sigma, noise, layered = sigma[before], noise[before], (around(sheets) > MOSTLY)[of][before]
+    if 0 < np.count_nonzero(noise) < n:  # neighbours too, for fits are few, and a clean sample is not moved by much
+        asking = np.repeat(np.arange(n), np.diff(cloud.first))
+        rim = noise[cloud.links] & ~noise[asking]
+        sigma[asking[rim]] = 0.0
+        np.maximum.at(sigma, asking[rim], sigma[cloud.links[rim]])
+        noise[asking[rim]] = True
     relative = np.divide(sigma, cloud.spacing, out=np.zeros(n), where=cloud.spacing > 0)
     return Scatter(sigma, noise, float(np.median(relative)), float(np.mean(noise)), float(np.mean(layered)))
 
