@@ -115,7 +115,7 @@ def test_a_noisy_part_is_told_from_a_clean_one(name, share):
     assert (t.euler, t.boundary_loops, t.manifold) == (surface.euler, surface.boundary_loops, True)
     used = result.mesh.vertex_source
     moved = (result.mesh.vertices != points[used]).any(axis=1)
-    assert moved[~found.where[used]].mean() == 0 and moved[noisy[used]].mean() > 0.98
+    assert moved[~found.where[used]].mean() == 0 and moved[noisy[used]].mean() > 0.9
     left, before = (
         np.abs(surface.distance(p[n])).mean() for p, n in ((result.mesh.vertices, noisy[used]), (points, noisy))
     )
