@@ -56,7 +56,7 @@ class Scatter:
     where : (n,) ndarray of bool
         It is noise, and at least a twentieth of the spacing: not shape finer than the samples show.
     relative : float
-        Median of it, in local spacings.
+        Median of sigma, in local spacings.
     noisy : float
         Share of the cloud where it is noise.
     layered : float
