@@ -94,6 +94,11 @@ class Linked:
     skip: NDArray[np.bool_]
     fitted: NDArray[np.int64]
 
+    @property
+    def asking(self) -> NDArray[np.int64]:
+        """Whose neighbour each of the links is."""
+        return np.repeat(np.arange(len(self.points)), np.diff(self.first))
+
     @classmethod
     def of(cls, hood: Neighborhood) -> Linked:
         """The distinct points of a neighbourhood, outliers left out."""
@@ -221,7 +226,7 @@ def level(cloud: Linked, threads: int | None) -> Scatter:
     before = np.maximum(np.searchsorted(rows, np.arange(n), "right") - 1, 0)  # which fit counts for a sample
     sigma, noise, layered = sigma[before], noise[before], (around(sheets) > MOSTLY)[of][before]
     if 0 < np.count_nonzero(noise) < n:  # neighbours too, for fits are few, and a clean sample is not moved by much
-        asking = np.repeat(np.arange(n), np.diff(cloud.first))
+        asking = cloud.asking
         rim = noise[cloud.links] & ~noise[asking]
         sigma[asking[rim]] = 0.0
         np.maximum.at(sigma, asking[rim], sigma[cloud.links[rim]])
@@ -257,7 +262,7 @@ def onto_surface(cloud: Linked, sigma: NDArray[np.float64], threads: int | None)
     fits = np.full(n, -1, np.int8), np.empty((n, 9))
     rows, few = np.arange(n), cloud.fitted[::EVERY]
     _fit(cloud, sigma, few, LEVELS, fits, threads)
-    served, asking = fits[0] >= LEVELS - 1, np.repeat(rows, np.diff(cloud.first))
+    served, asking = fits[0] >= LEVELS - 1, cloud.asking
     for _ in range(2):
         served[asking[served[cloud.links]]] = True
     served[few] = True

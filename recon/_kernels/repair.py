@@ -321,30 +321,14 @@ def search(ground, sides, pole, anti, widest, rounds, thin, blank, excess, compo
             for seed in (anti[v], pole[v]):
                 if excess[v] < 0 and 0 <= seed < m and state[1] < N - 64:
                     gained += move(
-                        ground,
-                        scratch,
-                        widest,
-                        sides,
-                        work,
-                        np.int64(seed),
-                        np.int64(REACH_BURIED),
-                        HOPELESS_BURIED,
-                        WIDEST,
-                    )
+                        ground, scratch, widest, sides, work, np.int64(seed), np.int64(REACH_BURIED), HOPELESS_BURIED, WIDEST
+                    )  # fmt: skip
             if excess[v] != 0 and starts[v + 1] - starts[v] <= CROWDED:
                 for i in range(starts[v], starts[v + 1]):
                     if excess[v] != 0 and star[i] < m and state[1] < N - 64:
                         gained += move(
-                            ground,
-                            scratch,
-                            widest,
-                            sides,
-                            work,
-                            np.int64(star[i]),
-                            np.int64(REACH_PINCH),
-                            HOPELESS,
-                            WIDEST,
-                        )
+                            ground, scratch, widest, sides, work, np.int64(star[i]), np.int64(REACH_PINCH), HOPELESS, WIDEST
+                        )  # fmt: skip
             tried[v] = state[2]
         for x in range(m if sealed else 0):
             # a handle is cut through facets no wider than those of the surface
@@ -373,16 +357,8 @@ def search(ground, sides, pole, anti, widest, rounds, thin, blank, excess, compo
             if y >= 0 and state[1] < N - 64:
                 tried_from[y] = state[2] + 1
                 gained += move(
-                    ground,
-                    scratch,
-                    widest,
-                    sides,
-                    work,
-                    np.int64(y),
-                    np.int64(REACH_BURIED),
-                    HOPELESS_BURIED,
-                    NARROWEST,
-                )
+                    ground, scratch, widest, sides, work, np.int64(y), np.int64(REACH_BURIED), HOPELESS_BURIED, NARROWEST
+                )  # fmt: skip
         if gained > -1e-9:
             break
     return state[2], state[1]
