@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from .between import facets_between
 from .regular import OUTWARD
 from .topology import HalfEdges
 
@@ -19,6 +20,7 @@ def cut_thin_handles(
     poles: tuple[NDArray, NDArray, NDArray],
     excess: NDArray[np.int32],
     pieces: int,
+    threads: int | None,
 ) -> int:
     """Cut the thin handles of a closed surface that cost nothing, in place.
 
@@ -32,6 +34,7 @@ def cut_thin_handles(
         Kept up to date.
     pieces : int
         Components of nodes of one side.
+    threads : int or None
 
     Returns
     -------
@@ -47,7 +50,7 @@ def cut_thin_handles(
     scratch, idle = umbrellas.rooms(starts), np.full(len(nodes), -1, np.int32)
     cut = 0
     while True:
-        faces = forest.corners_of(nodes, forest.facets_between(links, sides, len(gate)), OUTWARD)
+        faces = forest.corners_of(nodes, facets_between(links, sides, len(gate), threads), OUTWARD)
         shallow = (trust < SHALLOW) | (sides[pole] == sides[anti])
         if _made_of_disks(faces, shallow):
             return cut

@@ -1,10 +1,11 @@
-"""Local search on the sides of nodes until every sample has exactly one umbrella of surface facets, and no handle is thin."""
+"""Local search on the sides of nodes: one umbrella of facets for every sample, no thin handle, and no needless bend."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .between import facets_between
 from .handles import cut_thin_handles
 from .threads import over_ranges
 
@@ -55,21 +56,46 @@ def repair(
     moves, number = kernels.search(ground, sides, *poles[:2], np.float32(widest), ROUNDS, *books, number)
     if widest < np.inf:
         return excess, moves
-    if cut_thin_handles(ground, sides, poles, excess, int(np.count_nonzero(size[:number]))):
+    if cut_thin_handles(ground, sides, poles, excess, int(np.count_nonzero(size[:number])), threads):
         number = components.number_components(links, sides, component, size, queue)
     if kernels.absorb(nodes, links, gate, m, sides, component, size, number):
         excess = excesses(ground, sides, widest, threads)
     return excess, moves
 
 
+def flip_edges(
+    ground: tuple[NDArray, ...],
+    sides: NDArray[np.int8],
+    excess: NDArray[np.int32],
+    widest: float,
+    threads: int | None,
+) -> int:
+    """Flip edges of the surface, in place, so that it bends less; how many? Topology and vertices stay.
+
+    Parameters
+    ----------
+    ground, sides, widest, threads
+        See `repair`. Gates of a sheet's facets that are wider than its own become `widest`.
+    excess : (n,) ndarray of int32
+        What `repair` gives; at samples where it is not 0 edges stay.
+    """
+    from ._kernels import edge_flips as kernels  # numba takes a while to load
+
+    m = len(ground[4])
+    hot = np.zeros(m, np.bool_)
+    state = ground, np.float32(widest), sides, excess
+    over_ranges(lambda *part: kernels.promising(*state, *part, hot), m, threads)
+    return kernels.flip_edges(*state, hot)
+
+
 def excesses(
     ground: tuple[NDArray, ...], sides: NDArray[np.int8], widest: float, threads: int | None
 ) -> NDArray[np.int32]:
     """Umbrellas of every sample beyond the first, -1 of a buried one, 0 of those in no cell (n,)."""
-    from ._kernels import forest, umbrellas
+    from ._kernels import umbrellas
 
     points, _, nodes, links, gate, starts, _ = ground
-    facets = forest.facets_between(links, sides, len(gate))
+    facets = facets_between(links, sides, len(gate), threads)
     if widest < np.inf:
         facets = facets[gate.ravel()[facets] <= widest]
     excess = np.zeros(len(points), np.int32)

@@ -15,11 +15,12 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .between import facets_between
 from .contracts import DegenerateInput, InvalidInput, as_number, as_points
 from .mesh import Mesh
 from .pinholes import PINHOLE, pinholes
 from .regular import OUTWARD, RegularTriangulation
-from .repair import repair
+from .repair import flip_edges, repair
 from .threads import over_ranges, together
 from .topology import agreeing, patches, topology
 
@@ -54,6 +55,8 @@ class Surface:
         Vertices of R with no facet of the surface, and with more than one umbrella of them.
     passed_over : int
         Samples whose two poles stronger evidence holds together.
+    flipped_edges : int
+        Edges flipped so that the surface bends less.
     """
 
     faces: NDArray[np.int32]
@@ -64,6 +67,7 @@ class Surface:
     buried: int
     pinched: int
     passed_over: int
+    flipped_edges: int = 0
 
 
 def label_surface(
@@ -71,6 +75,7 @@ def label_surface(
     spacing: NDArray[np.float64],
     kind: Kind = "auto",
     *,
+    flips: bool = True,
     threads: int | None = None,
 ) -> Surface:
     """Find the surface that the vertices of a triangulation sample.
@@ -85,6 +90,8 @@ def label_surface(
         Closed: the boundary of a solid, leaks closed by the smallest facets. Open: sheets with a boundary. Auto: closed,
         unless a quarter of the area of that would be walls, facets wider than those of a sheet, or it falls into bubbles
         of less than 32 samples.
+    flips : bool
+        At the end flip edges where the surface bends less by that. The facets are wider for it, and fewer are in W_0.
     threads : int, optional
         All by default. The result does not depend on it.
 
@@ -114,7 +121,7 @@ def label_surface(
         raise DegenerateInput(f"points: all lie {where}; a surface needs points that span a plane or more")
     if triangulation.dimension == 2:
         return _planar(triangulation, spacing)
-    evidence = _Evidence(triangulation, spacing, threads)
+    evidence = _Evidence(triangulation, spacing, flips, threads)
     if kind == "open":
         return evidence.open("asked for", 1.0)
     sides, passed = evidence.closed_sides()
@@ -128,12 +135,13 @@ def label_surface(
         sure = min(bubbles * BUBBLE / len(spacing) - 1, 1.0)
         return evidence.open(f"the closed surface would fall into {bubbles} bubbles", sure)
     if walls < WALLS:
-        found, walls = evidence.closed(sides, pieces, passed)
+        excess = evidence.repair(sides, pieces, np.inf)
         if kind == "closed":
-            return found
+            return evidence.closed(sides, excess, passed)
+        walls = evidence.walls(evidence.faces(evidence.between(sides)))
         if walls < WALLS:
             reason = f"only {walls:.1%} of the closed surface is walls, facets wider than a sheet's"
-            return replace(found, reason=reason, confidence=1 - walls / WALLS)
+            return replace(evidence.closed(sides, excess, passed), reason=reason, confidence=1 - walls / WALLS)
     sure = min((walls - WALLS) / (0.5 - WALLS), 1.0)  # a flat sheet that is closed over is half walls
     return evidence.open(f"{walls:.0%} of the closed surface would be walls, facets wider than a sheet's", sure)
 
@@ -242,7 +250,7 @@ class _Evidence:
     Points are numbered along a curve through space, so that what is near in space is near in memory; `order` gives their rows.
     """
 
-    def __init__(self, triangulation: RegularTriangulation, spacing: NDArray[np.float64], threads: int | None):
+    def __init__(self, triangulation: RegularTriangulation, spacing: NDArray[np.float64], flips: bool, threads: int | None):
         from ._kernels import sides, spatial_sort, umbrellas  # numba takes a while to load
 
         self.order = order = spatial_sort.hilbert_order(triangulation.points)
@@ -268,7 +276,7 @@ class _Evidence:
             lambda: umbrellas.star_lists(self.nodes, len(order)),
         )
         *self.poles, self.normals = found
-        self.threads = threads
+        self.flips, self.threads = flips, threads
         self.centers = centers
 
     def closed_sides(self) -> tuple[NDArray[np.int8], int]:
@@ -294,16 +302,22 @@ class _Evidence:
         alone = 2 * np.arange(len(self.nodes), dtype=np.int32)
         return signed_forest(self.links, m, *evidence, *(part[:0] for part in self.poles), alone)
 
+    @property
+    def ground(self) -> tuple[NDArray, ...]:
+        """What sides are mended on."""
+        return self.points, self.spacing, self.nodes, self.links, self.gate, *self.stars
+
     def repair(self, sides: NDArray[np.int8], pieces: Pieces, widest: float) -> NDArray[np.int32]:
         """Mend `sides` in place; the excess umbrellas of every sample, -1 where it is buried."""
-        ground = self.points, self.spacing, self.nodes, self.links, self.gate, *self.stars
-        return repair(ground, sides, self.poles, pieces, widest, self.threads)[0]
+        return repair(self.ground, sides, self.poles, pieces, widest, self.threads)[0]
+
+    def flip_edges(self, sides: NDArray[np.int8], excess: NDArray[np.int32], widest: float) -> int:
+        """Make the surface bend less, in place; how many edges were flipped?"""
+        return flip_edges(self.ground, sides, excess, widest, self.threads) if self.flips else 0
 
     def between(self, sides: NDArray[np.int8]) -> NDArray[np.int64]:
         """All facets between the sides, as 4 * cell + corner, seen from side 1 where it is a cell."""
-        from ._kernels.forest import facets_between
-
-        return facets_between(self.links, sides, len(self.cells))
+        return facets_between(self.links, sides, len(self.cells), self.threads)
 
     def faces(self, facets: NDArray[np.int64]) -> NDArray[np.int32]:
         """Vertices of facets, outward."""
@@ -311,15 +325,13 @@ class _Evidence:
 
         return corners_of(self.cells, facets, OUTWARD)
 
-    def closed(self, sides: NDArray[np.int8], pieces: Pieces, passed: int) -> tuple[Surface, float]:
-        """All facets between inside and outside, once `sides` are mended; and the share of walls."""
-        excess = self.repair(sides, pieces, np.inf)
+    def closed(self, sides: NDArray[np.int8], excess: NDArray[np.int32], passed: int) -> Surface:
+        """All facets between inside and outside, once `sides` are mended."""
+        flips = self.flip_edges(sides, excess, np.inf)
         facets = self.between(sides)
-        faces = self.faces(facets)
         buried, pinched = int((excess < 0).sum()), int((excess > 0).sum())
         bridged = self.leak.ravel()[facets]
-        found = Surface(self.rows(faces), bridged, "closed", 1.0, "asked for", buried, pinched, passed)
-        return found, self.walls(faces)
+        return Surface(self.rows(self.faces(facets)), bridged, "closed", 1.0, "asked for", buried, pinched, passed, flips)
 
     def pieces(self, sides: NDArray[np.int8]) -> Pieces:
         """Components of nodes of one side: their number, that of each node, and their sizes; and room for `repair`."""
@@ -350,6 +362,7 @@ class _Evidence:
         """The facets between one hand and the other that are no wider than a sheet's."""
         sides, passed = self.open_sides()
         excess = self.repair(sides, self.pieces(sides), OPEN_GATE)
+        flips = self.flip_edges(sides, excess, OPEN_GATE)
         facets = self.between(sides)
         facets = facets[self.gate.ravel()[facets] <= OPEN_GATE]
         cloud, walls = (self.points, self.spacing), (self.nodes, self.gate, *self.stars)
@@ -358,7 +371,7 @@ class _Evidence:
         buried = int((self.corners(self.cells) & ~self.corners(faces)).sum())
         kind = "closed" if topology(faces).closed else "open"
         bridged = self.leak.ravel()[facets]
-        return Surface(self.rows(faces), bridged, kind, confidence, reason, buried, int((excess > 0).sum()), passed)
+        return Surface(self.rows(faces), bridged, kind, confidence, reason, buried, int((excess > 0).sum()), passed, flips)
 
 
 def _planar(triangulation: RegularTriangulation, spacing: NDArray[np.float64]) -> Surface:

@@ -87,12 +87,12 @@ def test_cutting_keeps_the_books():
     """Samples pinched and buried are counted along; what is not cut stays as it was."""
     points = np.random.default_rng(3).normal(size=(800, 3))  # nothing but thin handles
     points /= 1 + 0.05 * np.linalg.norm(points, axis=1)[:, None]
-    evidence = _Evidence(recon.regular_triangulation(points), weighting.spacing(points), 1)
+    evidence = _Evidence(recon.regular_triangulation(points), weighting.spacing(points), True, 1)
     sides, _ = evidence.closed_sides()
-    ground = evidence.points, evidence.spacing, evidence.nodes, evidence.links, evidence.gate, *evidence.stars
+    ground = evidence.ground
     excess = excesses(ground, sides, np.inf, 1)
     before, given = sides.copy(), excess.copy()
-    grown = cut_thin_handles(ground, sides, evidence.poles, excess, evidence.pieces(sides)[0])
+    grown = cut_thin_handles(ground, sides, evidence.poles, excess, evidence.pieces(sides)[0], 1)
     assert (excess == excesses(ground, sides, np.inf, 1)).all()
     assert (excess < 0).sum() + excess[excess > 0].sum() <= (given < 0).sum() + given[given > 0].sum()
     assert grown > 0

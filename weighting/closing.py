@@ -320,7 +320,7 @@ def _conditions(
 
     points, w, cells = triangulation.points, triangulation.weights, triangulation.cells
     m, unit_sq = len(cells), local**2
-    surface = np.sort(label_surface(triangulation, local, "closed").faces, axis=1)
+    surface = np.sort(label_surface(triangulation, local, "closed", flips=False).faces, axis=1)
     shape = alpha_complex(triangulation)
 
     facets = np.sort(cells[:, OUTWARD], axis=2)

@@ -61,6 +61,18 @@ def narrow(links, gate, widest, x, k):
     return gate[y, q] <= widest
 
 
+@kernel(inline="always")
+def onward(nodes, y, a, b, turn):
+    """Around the edge (a, b): the facet of node y that does not have its vertex `turn`, and its vertex beside the edge."""
+    t = 0
+    while nodes[y, t] != turn:
+        t += 1
+    q = 0
+    while nodes[y, q] == a or nodes[y, q] == b or q == t:
+        q += 1
+    return t, nodes[y, q]
+
+
 @kernel
 def edge_facets(nodes, links, gate, sides, widest, x, i, j):
     """Surface facets around the edge (i, j) of node x, and the sides of the two nodes next to x around it."""
@@ -77,16 +89,9 @@ def edge_facets(nodes, links, gate, sides, widest, x, i, j):
     while y != x:
         facets += sides[y] != before and narrow(links, gate, widest, at, through)
         before = sides[y]
-        t = 0
-        while nodes[y, t] != turn:
-            t += 1
-        for q in range(4):
-            u = nodes[y, q]
-            if u != a and u != b and u != turn:
-                fresh = u
-        turn = fresh
-        at, through = y, t
-        y = links[y, t]
+        at = y
+        through, turn = onward(nodes, at, a, b, turn)
+        y = links[at, through]
     facets += before != sides[x] and narrow(links, gate, widest, at, through)
     return facets, first, before
 
