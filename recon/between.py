@@ -23,6 +23,4 @@ def facets_between(
     """
     from ._kernels import forest  # numba takes a while to load
 
-    return np.concatenate(
-        over_ranges(lambda *part: forest.facets_between(links, sides, cells, *part), cells, threads)
-    )
+    return np.concatenate(over_ranges(lambda *part: forest.facets_between(links, sides, cells, *part), cells, threads))

@@ -4,7 +4,7 @@ Two kinds of evidence say it. A facet whose gate (the depth at which it closes, 
 cells lie together. A sample lies on the surface: its two poles, the deepest cells on either hand, lie apart. An open sheet has no
 sides to begin with; there each sample says which facets around it cross its tangent plane (`_kernels.tangents`). All evidence
 is taken strongest first into a signed spanning forest; what contradicts stronger evidence is passed over. Then a local
-search gives every sample exactly one umbrella of facets.
+search gives every sample exactly one umbrella of facets. At the end edges are flipped where the surface bends less by that.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class Surface:
     faces : (f, 3) ndarray of int32
         Input rows, counter-clockwise seen from outside (of an open sheet: from one side of it).
     bridged : (f,) ndarray of bool
-        Facets of positive size: no faces of W_0, they close its leaks.
+        Facets of positive size: no faces of W_0, they close its leaks, or an edge was flipped there.
     kind : {"closed", "open", "planar"}
         What came out: "open" has a boundary.
     confidence : float
@@ -250,7 +250,9 @@ class _Evidence:
     Points are numbered along a curve through space, so that what is near in space is near in memory; `order` gives their rows.
     """
 
-    def __init__(self, triangulation: RegularTriangulation, spacing: NDArray[np.float64], flips: bool, threads: int | None):
+    def __init__(
+        self, triangulation: RegularTriangulation, spacing: NDArray[np.float64], flips: bool, threads: int | None
+    ):
         from ._kernels import sides, spatial_sort, umbrellas  # numba takes a while to load
 
         self.order = order = spatial_sort.hilbert_order(triangulation.points)
@@ -331,7 +333,9 @@ class _Evidence:
         facets = self.between(sides)
         buried, pinched = int((excess < 0).sum()), int((excess > 0).sum())
         bridged = self.leak.ravel()[facets]
-        return Surface(self.rows(self.faces(facets)), bridged, "closed", 1.0, "asked for", buried, pinched, passed, flips)
+        return Surface(
+            self.rows(self.faces(facets)), bridged, "closed", 1.0, "asked for", buried, pinched, passed, flips
+        )
 
     def pieces(self, sides: NDArray[np.int8]) -> Pieces:
         """Components of nodes of one side: their number, that of each node, and their sizes; and room for `repair`."""
@@ -371,7 +375,9 @@ class _Evidence:
         buried = int((self.corners(self.cells) & ~self.corners(faces)).sum())
         kind = "closed" if topology(faces).closed else "open"
         bridged = self.leak.ravel()[facets]
-        return Surface(self.rows(faces), bridged, kind, confidence, reason, buried, int((excess > 0).sum()), passed, flips)
+        return Surface(
+            self.rows(faces), bridged, kind, confidence, reason, buried, int((excess > 0).sum()), passed, flips
+        )
 
 
 def _planar(triangulation: RegularTriangulation, spacing: NDArray[np.float64]) -> Surface:

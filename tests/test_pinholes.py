@@ -16,7 +16,7 @@ def sheet():
     """What `pinholes` is told of a sheet without holes, and its faces."""
     points = datasets_synthetic.surface("wavy_sheet").sample(1500, rng=4, spacing="blue").points
     spacing = weighting.spacing(points)
-    evidence = _Evidence(recon.regular_triangulation(points, spacing**2), spacing, 1)
+    evidence = _Evidence(recon.regular_triangulation(points, spacing**2), spacing, True, 1)
     sides, _ = evidence.open_sides()
     facets = evidence.between(sides)
     faces = evidence.faces(facets[evidence.gate.ravel()[facets] <= OPEN_GATE]).astype(np.int64)
