@@ -165,6 +165,7 @@ def weights(results: Sequence[Result]) -> list[list[str]]:
 DUELS = (
     (RECON, "recon, uniform weights"),
     (RECON, "recon, one spacing, best of 4"),
+    (RECON, "W_0, best of 10 uniform"),
     ("W_0, closing weights", "W_0, best of 10 uniform"),
     ("W_0, covering weights", "W_0, best of 10 uniform"),
     ("W_0, best of 10 spacing", "W_0, best of 10 uniform"),
