@@ -310,6 +310,7 @@ def _figures(
             "facets_of_W0": int((~found.bridged).sum()),
             "bridged": int(found.bridged.sum()),
             "buried_points": found.buried,
+            "leaks": found.leaks,
             "flipped_edges": found.flipped_edges,
         },
         "mesh": {

@@ -32,6 +32,7 @@ MEANING = {
     "surface.because": ("", "why it was read so"),
     "surface.facets_of_W0": ("count", "facets that are faces of W_0, the weighted alpha shape"),
     "surface.bridged": ("count", "facets of positive size: they bridge a leak of W_0, or an edge was flipped there"),
+    "surface.leaks": ("count", "facets that bridged a leak of W_0 before edges were flipped"),
     "surface.flipped_edges": ("count", "edges flipped so that the surface bends less"),
     "surface.buried_points": ("count", "vertices of the triangulation that are not on the surface"),
     "mesh.vertices": ("count", "vertices in use"),

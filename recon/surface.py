@@ -55,6 +55,8 @@ class Surface:
         Vertices of R with no facet of the surface, and with more than one umbrella of them.
     passed_over : int
         Samples whose two poles stronger evidence holds together.
+    leaks : int
+        Bridged facets before edges were flipped.
     flipped_edges : int
         Edges flipped so that the surface bends less.
     """
@@ -67,6 +69,7 @@ class Surface:
     buried: int
     pinched: int
     passed_over: int
+    leaks: int = 0
     flipped_edges: int = 0
 
 
@@ -313,9 +316,11 @@ class _Evidence:
         """Mend `sides` in place; the excess umbrellas of every sample, -1 where it is buried."""
         return repair(self.ground, sides, self.poles, pieces, widest, self.threads)[0]
 
-    def flip_edges(self, sides: NDArray[np.int8], excess: NDArray[np.int32], widest: float) -> int:
-        """Make the surface bend less, in place; how many edges were flipped?"""
-        return flip_edges(self.ground, sides, excess, widest, self.threads) if self.flips else 0
+    def flip_edges(self, sides: NDArray[np.int8], excess: NDArray[np.int32], widest: float) -> tuple[int, int]:
+        """Make the surface bend less, in place; how many facets bridged a leak before, and how many edges were flipped?"""
+        facets = self.between(sides)
+        leaks = int(np.count_nonzero(self.leak.ravel()[facets] & (self.gate.ravel()[facets] <= widest)))
+        return leaks, flip_edges(self.ground, sides, excess, widest, self.threads) if self.flips else 0
 
     def between(self, sides: NDArray[np.int8]) -> NDArray[np.int64]:
         """All facets between the sides, as 4 * cell + corner, seen from side 1 where it is a cell."""
@@ -329,12 +334,12 @@ class _Evidence:
 
     def closed(self, sides: NDArray[np.int8], excess: NDArray[np.int32], passed: int) -> Surface:
         """All facets between inside and outside, once `sides` are mended."""
-        flips = self.flip_edges(sides, excess, np.inf)
+        counts = self.flip_edges(sides, excess, np.inf)
         facets = self.between(sides)
         buried, pinched = int((excess < 0).sum()), int((excess > 0).sum())
         bridged = self.leak.ravel()[facets]
         return Surface(
-            self.rows(self.faces(facets)), bridged, "closed", 1.0, "asked for", buried, pinched, passed, flips
+            self.rows(self.faces(facets)), bridged, "closed", 1.0, "asked for", buried, pinched, passed, *counts
         )
 
     def pieces(self, sides: NDArray[np.int8]) -> Pieces:
@@ -366,7 +371,7 @@ class _Evidence:
         """The facets between one hand and the other that are no wider than a sheet's."""
         sides, passed = self.open_sides()
         excess = self.repair(sides, self.pieces(sides), OPEN_GATE)
-        flips = self.flip_edges(sides, excess, OPEN_GATE)
+        counts = self.flip_edges(sides, excess, OPEN_GATE)
         facets = self.between(sides)
         facets = facets[self.gate.ravel()[facets] <= OPEN_GATE]
         cloud, walls = (self.points, self.spacing), (self.nodes, self.gate, *self.stars)
@@ -376,7 +381,7 @@ class _Evidence:
         kind = "closed" if topology(faces).closed else "open"
         bridged = self.leak.ravel()[facets]
         return Surface(
-            self.rows(faces), bridged, kind, confidence, reason, buried, int((excess > 0).sum()), passed, flips
+            self.rows(faces), bridged, kind, confidence, reason, buried, int((excess > 0).sum()), passed, *counts
         )
 
 
@@ -396,4 +401,5 @@ def _planar(triangulation: RegularTriangulation, spacing: NDArray[np.float64]) -
     w = triangulation.weights[faces].mean(axis=1)
     used = len(np.unique(faces))
     buried = len(triangulation.points) - len(triangulation.hidden) - used
-    return Surface(faces, radius[keep] ** 2 > w, "planar", 1.0, "all points lie in one plane", buried, 0, 0)
+    bridged = radius[keep] ** 2 > w
+    return Surface(faces, bridged, "planar", 1.0, "all points lie in one plane", buried, 0, 0, int(bridged.sum()))

@@ -15,7 +15,7 @@ import numpy as np
 from .compile import kernel
 from .repair import WALL, edge_facets, narrow, onward, wall
 
-SLIGHT = 0.02  # gain that is none: what the wall of one facet with a radius of one spacing costs
+SLIGHT = WALL  # gain that is none: what the wall of one facet with a radius of one spacing costs
 LIKELY = 1 / 3  # share of what the facets of a cell are turned by that a flip may gain at the edges around: seldom more
 DEPTH = 3  # flips that may be worth it only together,
 BENT = 0.6  # tried where the five edges bend more than this in all: a smooth surface well sampled bends less
@@ -154,6 +154,12 @@ def fold(links, gate, widest, sides, x):
                 gate[y, q] = gate[x, k]
 
 
+@kernel(inline="always")
+def worth_trying(energy, bent):
+    """Whether a flip lowers the energy, or may do so together with others."""
+    return energy < -SLIGHT or (bent > BENT and energy < bent)
+
+
 @kernel
 def promising(ground, widest, sides, excess, first, last, hot):
     """Mark the nodes of a range in which flips may lower the energy, (m,) bool."""
@@ -162,7 +168,7 @@ def promising(ground, widest, sides, excess, first, last, hot):
         if on_surface(links, sides, x) != 2:
             continue
         energy, bent = change(ground, widest, sides, excess, x, around, normals)
-        hot[x] = energy < -SLIGHT or (bent > BENT and energy < bent)
+        hot[x] = worth_trying(energy, bent)
 
 
 @kernel
@@ -186,7 +192,7 @@ def flip_edges(ground, widest, sides, excess, hot):
         if on_surface(links, sides, x) != 2:
             continue
         total, bent = change(ground, widest, sides, excess, x, around[0], normals)
-        if total >= -SLIGHT and not (bent > BENT and total < bent):
+        if not worth_trying(total, bent):
             continue
         fold(links, gate, widest, sides, x)
         chain[0], count = x, 1

@@ -36,14 +36,9 @@ def remarks(result: Reconstruction, asked: str, alpha: float) -> list[str]:
     elif used < _USED:
         found.append(f"only {used:.1%} of the points lie on the mesh; recon info tells of noise and outliers")
     faces = surface["facets_of_W0"] + surface["bridged"]
-    leaks = (
-        surface["bridged"] - 2 * surface["flipped_edges"]
-    )  # at least: a flip makes two facets, of which some are none
-    if asked != "complex" and leaks > _BRIDGED * faces:
-        share = leaks / faces
-        found.append(
-            f"at least {share:.0%} of the faces bridge leaks, as the weights are small; {useful(result, alpha)}"
-        )
+    if asked != "complex" and surface["leaks"] > _BRIDGED * faces:
+        share = surface["leaks"] / faces
+        found.append(f"{share:.0%} of the faces bridge leaks, as the weights are small; {useful(result, alpha)}")
     if asked == "auto" and surface["confidence"] < _TOSS_UP:
         found.append(f"{result.surface} or not is a toss-up here; --surface closed or --surface open decides")
     return found
