@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,6 +24,10 @@ LARGEST_RATIO = 50.0  # of the curvature-proportional density
 _CANDIDATES = 4  # blue noise: candidates per point that stays
 _PATIENCE = 30  # blue noise: one candidate in so many goes in a round, so that the crowded go first
 _NEIGHBORS = 24  # blue noise: neighbours that are held against each candidate
+_ACROSS = 1.0, 0.5, 0.3  # scan lines: direction, from the longest side of the bounds to the shortest
+_PROBES = 2000  # scan lines: points that the mean slope is taken from
+_STEPS = 6  # scan lines: moves of each candidate onto its line
+_FLATTEST = 0.1  # scan lines: least sine of the angle between the surface and the planes
 
 
 def sample_surface(
@@ -30,6 +35,7 @@ def sample_surface(
     n: int,
     density: Density,
     spacing: str,
+    lines: float,
     holes: Sequence[Ball],
     rng: np.random.Generator,
 ) -> Foot:
@@ -42,6 +48,8 @@ def sample_surface(
     density : "area", "curvature", float >= 1 or callable
         See `Surface.sample`.
     spacing : {"random", "blue"}
+    lines : float
+        Above 1: scan lines, see `Surface.sample`.
     holes : sequence of (center (d,) [L], radius [L])
         Balls that no point is taken from.
     rng : numpy.random.Generator
@@ -53,10 +61,15 @@ def sample_surface(
     Raises
     ------
     ValueError
-        A density, spacing or hole that cannot be meant; a density that leaves nothing.
+        A density, spacing, line or hole that cannot be meant; a density that leaves nothing.
     """
     if spacing not in SPACINGS:
         raise ValueError(f"spacing: expected one of {', '.join(SPACINGS)}, got {spacing!r}")
+    not_negative(lines=lines)
+    if lines < 1 or (lines > 1 and surface.dimension != 3):
+        raise ValueError(
+            f"lines: how many times as far apart as points along them, 1 or more, and in space; got {lines!r}"
+        )
     relative = relative_density(surface, density)
     balls = [_ball(ball, surface.dimension) for ball in holes]
 
@@ -72,11 +85,57 @@ def sample_surface(
 
     if n == 0:
         return surface.draw(0, rng)
-    if spacing == "random":
+    if spacing == "random" and lines == 1:
         return rejection(n, propose, rng)
-    candidates = rejection(_CANDIDATES * n, propose, rng)
+    if lines > 1:
+        rule = Lines.of(surface, float(np.sqrt(surface.area / n * lines)), rng)
+
+        def propose_on_lines(k: int) -> tuple[Foot, Array]:
+            foot, kept = propose(k)
+            foot, along = rule.move(surface, foot)
+            return foot, kept * along
+
+    candidates = rejection(_CANDIDATES * n, propose if lines == 1 else propose_on_lines, rng)
     share = surface.area * tally[0] / tally[1] / n / relative(candidates)
+    if lines > 1:
+        share *= np.sqrt(3.0) / 2.0 / lines  # one in a row, not one in an even packing
     return candidates.take(thin(candidates, share, n, two_sided=surface.orientable))
+
+
+@dataclass(frozen=True, slots=True)
+class Lines:
+    """A pile of parallel planes in space, `gap` apart [L], the first one `phase` from the origin [L]."""
+
+    across: Array
+    gap: float
+    phase: float
+
+    @classmethod
+    def of(cls, surface: Surface, gap: float, rng: np.random.Generator) -> Lines:
+        """Planes mostly across the longest side of a surface, and to no side parallel; the mean distance along the surface is `gap`."""
+        across = np.empty(3)
+        across[np.argsort(surface.bounds[0] - surface.bounds[1], kind="stable")] = _ACROSS
+        across /= np.linalg.norm(across)
+        normals = surface.draw(_PROBES, rng).normals
+        gap *= float(np.sqrt(1.0 - (normals @ across) ** 2).mean())
+        return cls(across, gap, gap * float(rng.uniform()))
+
+    def move(self, surface: Surface, foot: Foot) -> tuple[Foot, Array]:
+        """Move points along a surface to the nearest plane each; which share of them (m,) makes them as many a length everywhere.
+
+        None of those that reach no plane: where the surface is next to parallel to them, or ends.
+        """
+        height = (foot.points @ self.across - self.phase) / self.gap
+        height = np.round(height) * self.gap + self.phase
+        for step in range(_STEPS + 1):
+            uphill = self.across - (foot.normals @ self.across)[:, None] * foot.normals
+            steep = length(uphill)
+            missing = height - foot.points @ self.across
+            if step < _STEPS:
+                move = (missing / np.maximum(steep, _FLATTEST) ** 2)[:, None] * uphill
+                foot = surface.nearest(foot.points + move)
+        reached = (np.abs(missing) < 1e-3 * self.gap) & (steep > _FLATTEST)
+        return foot, np.where(reached, steep, 0.0)
 
 
 def relative_density(surface: Surface, density: Density) -> Callable[[Foot], Array]:

@@ -193,6 +193,7 @@ class Surface:
         *,
         density: Density = "area",
         spacing: str = "random",
+        lines: float = 1.0,
         noise: float = 0.0,
         noise_kind: str = "normal",
         outliers: float = 0.0,
@@ -210,6 +211,10 @@ class Surface:
             in all; or a function of positions (m, d) that gives relative densities (m,) between 0 and 1.
         spacing : {"random", "blue"}
             Independent points, or evenly spaced ones of the same density (blue noise).
+        lines : float, default 1
+            Above 1 the points lie on scan lines, where parallel planes cut the surface, mostly across the longest side of the bounds:
+            on the mean so many times as far apart as the points along them, which are even. Where the surface is inclined
+            to the planes by less than a tenth there are none. d = 3.
         noise : float [L]
         noise_kind : {"normal", "isotropic", "quantized"}
             See `Sample.noisy`.
@@ -243,7 +248,7 @@ class Surface:
         if noise_kind not in NOISE_KINDS:
             raise ValueError(f"noise_kind: expected one of {', '.join(NOISE_KINDS)}, got {noise_kind!r}")
         stray = round(outliers * n)
-        foot = sample_surface(self, n - stray, density, spacing, holes, generator)
+        foot = sample_surface(self, n - stray, density, spacing, lines, holes, generator)
         sample = Sample.of(foot)
         if stray:
             sample = sample.with_outliers(stray, rng=generator)

@@ -189,7 +189,8 @@ def reconstruct(
     if surface == "complex":
         found = _literal(triangulation)
     else:
-        found = label_surface(triangulation, spacing, surface, threads=threads)
+        apart = weighting.line_spacing(hood, threads=threads)
+        found = label_surface(triangulation, spacing, surface, apart=apart, threads=threads)
     if len(found.faces) == 0:
         raise DegenerateInput(_nothing_left(found, triangulation, alpha))
 
@@ -197,7 +198,7 @@ def reconstruct(
     mesh, shape, copies, islands = _cleaned(located, found, carried, clean, threads)
     beside = 1 - np.count_nonzero(np.bincount(mesh.vertex_source)) / len(hood.points)
     if surface == "auto" and found.kind == "closed" and beside > BESIDE:
-        found = label_surface(triangulation, spacing, "open", threads=threads)
+        found = label_surface(triangulation, spacing, "open", apart=apart, threads=threads)
         reason = f"{beside:.0%} of the samples would lie beside the closed surface"
         found = replace(found, reason=reason, confidence=min((beside - BESIDE) / (0.5 - BESIDE), 1.0))
         mesh, shape, copies, islands = _cleaned(located, found, carried, clean, threads)

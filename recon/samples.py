@@ -76,7 +76,7 @@ def clean_samples(points: NDArray[np.float64], denoise: bool | None, threads: in
         located[removed] = points[nearest]
         hood = weighting.neighbors(located, threads=threads)
         figures["removed_outliers"] = len(removed)
-    cloud, noise = projection.resolved(projection.Linked.of(hood), threads)
+    cloud, noise = projection.resolved(projection.Linked.of(hood, threads), threads)
     figures["noise"] = float(np.median(noise.sigma))
     figures["noise_in_spacings"] = noise.relative
     figures["noisy_share"], figures["layered_share"] = noise.noisy, noise.layered

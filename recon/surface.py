@@ -78,6 +78,7 @@ def label_surface(
     spacing: NDArray[np.float64],
     kind: Kind = "auto",
     *,
+    apart: NDArray[np.float64] | None = None,
     flips: bool = True,
     threads: int | None = None,
 ) -> Surface:
@@ -93,6 +94,9 @@ def label_surface(
         Closed: the boundary of a solid, leaks closed by the smallest facets. Open: sheets with a boundary. Auto: closed,
         unless a quarter of the area of that would be walls, facets wider than those of a sheet, or it falls into bubbles
         of less than 32 samples.
+    apart : (n,) ndarray of float64 [L], optional
+        Distance between samples where they are widest apart, `weighting.line_spacing`: what facets of a sheet, and walls, are
+        measured by. The spacing by default.
     flips : bool
         At the end flip edges where the surface bends less by that. The facets are wider for it, and fewer are in W_0.
     threads : int, optional
@@ -115,6 +119,7 @@ def label_surface(
     separates the cells as lexicographically minimal cuts do (Cohen-Steiner, Lieutier & Vuillamy 2020): its widest gate is
     the narrowest possible, and so on down.
     """
+    apart = spacing if apart is None else apart
     if triangulation.points.shape[1] != 3:
         raise InvalidInput(f"points: a surface needs 3-D points, got {triangulation.points.shape[1]} columns")
     if kind not in ("auto", "closed", "open"):
@@ -123,30 +128,35 @@ def label_surface(
         where = ("in one spot", "on a line")[triangulation.dimension]
         raise DegenerateInput(f"points: all lie {where}; a surface needs points that span a plane or more")
     if triangulation.dimension == 2:
-        return _planar(triangulation, spacing)
-    evidence = _Evidence(triangulation, spacing, flips, threads)
+        return _planar(triangulation, apart)
     if kind == "open":
-        return evidence.open("asked for", 1.0)
+        return _Evidence(triangulation, apart, flips, threads).open("asked for", 1.0)
+    evidence = _Evidence(triangulation, spacing, flips, threads)
+
+    def sheet(reason: str, confidence: float) -> Surface:
+        same = np.array_equal(apart, spacing)
+        return (evidence if same else _Evidence(triangulation, apart, flips, threads)).open(reason, confidence)
+
     sides, passed = evidence.closed_sides()
     pieces, walls = together(
         threads,
         lambda: evidence.pieces(sides),
-        lambda: evidence.walls(evidence.faces(evidence.between(sides))) if kind == "auto" else 0.0,
+        lambda: evidence.walls(sides, apart) if kind == "auto" else 0.0,
     )
     bubbles = pieces[0] - 2 if kind == "auto" else 0
     if bubbles * BUBBLE > len(spacing):
         sure = min(bubbles * BUBBLE / len(spacing) - 1, 1.0)
-        return evidence.open(f"the closed surface would fall into {bubbles} bubbles", sure)
+        return sheet(f"the closed surface would fall into {bubbles} bubbles", sure)
     if walls < WALLS:
         excess = evidence.repair(sides, pieces, np.inf)
         if kind == "closed":
             return evidence.closed(sides, excess, passed)
-        walls = evidence.walls(evidence.faces(evidence.between(sides)))
+        walls = evidence.walls(sides, apart)
         if walls < WALLS:
             reason = f"only {walls:.1%} of the closed surface is walls, facets wider than a sheet's"
             return replace(evidence.closed(sides, excess, passed), reason=reason, confidence=1 - walls / WALLS)
     sure = min((walls - WALLS) / (0.5 - WALLS), 1.0)  # a flat sheet that is closed over is half walls
-    return evidence.open(f"{walls:.0%} of the closed surface would be walls, facets wider than a sheet's", sure)
+    return sheet(f"{walls:.0%} of the closed surface would be walls, facets wider than a sheet's", sure)
 
 
 def alpha_shape(points: ArrayLike, radius: float) -> Mesh:
@@ -262,7 +272,7 @@ class _Evidence:
         rank = np.empty(len(order), np.int32)
         rank[order] = np.arange(len(order), dtype=np.int32)
         # A power of two keeps the sixth powers of lengths in range, and changes nothing else.
-        unit = 2.0 ** min(1023.0, -float(np.frexp(np.ptp(triangulation.points, axis=0).max())[1]))
+        self.unit = unit = 2.0 ** min(1023.0, -float(np.frexp(np.ptp(triangulation.points, axis=0).max())[1]))
         self.points, self.weights = triangulation.points[order] * unit, triangulation.weights[order] * unit * unit
         self.spacing = spacing = spacing[order] * unit
         m = len(triangulation.cells)
@@ -350,11 +360,12 @@ class _Evidence:
         parts = np.empty(N, np.int32), np.empty(N + 1, np.int64), np.empty(N, np.int32)
         return number_components(self.links, sides, *parts), *parts
 
-    def walls(self, faces: NDArray[np.int32]) -> float:
-        """Share of the area in facets whose circumradius is above that of a sheet's."""
+    def walls(self, sides: NDArray[np.int8], apart: NDArray[np.float64]) -> float:
+        """Share of the area in facets whose circumradius is above that of a sheet's, by a spacing in rows of the input."""
         from ._kernels.forest import areas
 
-        wide, whole = areas(self.points, self.spacing, faces, OPEN_GATE)
+        faces = self.faces(self.between(sides))
+        wide, whole = areas(self.points, apart[self.order] * self.unit, faces, OPEN_GATE)
         return wide / whole if whole > 0 else 1.0
 
     def corners(self, simplices: NDArray[np.integer]) -> NDArray[np.bool_]:

@@ -178,6 +178,31 @@ def test_holes_are_empty_and_the_count_is_kept(spacing):
         assert radius <= gap < radius + 0.05
 
 
+@pytest.mark.parametrize("name", surfaces(3))
+def test_scan_lines_lie_in_few_planes_and_are_even(name):
+    shape, n, ratio = surface(name), 3000, 9.0
+    sample = shape.sample(n, lines=ratio, rng=4)
+    assert len(sample) == n and np.abs(shape.distance(sample.points)).max() < 1e-9
+    across = np.empty(3)
+    across[np.argsort(shape.bounds[0] - shape.bounds[1], kind="stable")] = 1.0, 0.5, 0.3
+    height = np.sort(sample.points @ (across / np.linalg.norm(across)))
+    step = np.sqrt(shape.area / n / ratio)
+    lines = np.split(height, np.flatnonzero(np.diff(height) > 0.3 * step) + 1)
+    gaps = np.diff([line.mean() for line in lines])
+    assert max(np.ptp(line) for line in lines) < 0.05 * step * ratio  # planes
+    assert np.allclose(gaps / gaps.min(), np.round(gaps / gaps.min()), atol=0.02)  # equally far apart
+    slope = np.sqrt(1 - (shape.sample(9000, rng=0).normals @ (across / np.linalg.norm(across))) ** 2).mean()
+    assert gaps.min() == pytest.approx(ratio * step * slope, rel=0.02)
+    nearest = cKDTree(sample.points).query(sample.points, k=2)[0][:, 1]
+    assert np.median(nearest) == pytest.approx(0.8 * step, rel=0.2)
+    assert (nearest < 0.4 * step).mean() < 0.04  # where lines meet at edges and near poles
+
+
+def test_curves_in_the_plane_have_no_scan_lines():
+    with pytest.raises(ValueError, match="lines"):
+        surface("circle").sample(10, lines=3, rng=0)
+
+
 @pytest.mark.parametrize(
     ("params", "word"),
     [
@@ -196,6 +221,9 @@ def test_holes_are_empty_and_the_count_is_kept(spacing):
         ({"holes": [1.0]}, "holes"),
         ({"holes": [((0.0, 0.0, 0.0), -1.0)]}, "radius"),
         ({"spacing": "poisson"}, "spacing"),
+        ({"lines": 0.5}, "lines"),
+        ({"lines": float("nan")}, "lines"),
+        ({"lines": "few"}, "lines"),
         ({"noise": -0.1}, "noise"),
         ({"noise": float("inf")}, "noise"),
         ({"noise_kind": "gauss"}, "noise_kind"),

@@ -15,6 +15,7 @@ from .covering import covering
 from .density import spacing
 from .enforce import enforce
 from .grading import graded
+from .lines import line_spacing
 from .neighborhood import Neighborhood, neighbors
 from .projection import Scatter, scatter
 from .shape import Curvature, curvature, noise
@@ -37,6 +38,7 @@ __all__ = [
     "curvature",
     "enforce",
     "graded",
+    "line_spacing",
     "neighbors",
     "noise",
     "outliers",

@@ -10,6 +10,8 @@ from recon._kernels.compile import kernel
 
 from ._frame import normal_of
 
+LINE = 30.0  # l1 / l2 of samples on a line, about
+
 
 @kernel
 def curve_keys(points, low, extent):
@@ -41,6 +43,39 @@ def smooth(values, index, k):
             total += values[index[i, j]]
         out[i] = total / (k + 1)
     return out
+
+
+@kernel
+def beside_a_line(points, rows, index, distance, least, out):
+    """How many neighbours of each of some points it takes, at least `least`, until they lie on no line with it; 0: all do.
+
+    Second moments of the offsets: (l1 l2 + l2 l3 + l3 l1) / (l1 + l2 + l3)^2 is 0 on a line, 1/4 for an even disk.
+    """
+    d = points.shape[1]
+    offset, moment = np.empty(d), np.empty((d, d))
+    for row in range(len(rows)):
+        i = rows[row]
+        unit = distance[row, least - 1]
+        out[row] = 0
+        if unit == 0.0:
+            continue
+        moment[:] = 0.0
+        for j in range(index.shape[1]):
+            for a in range(d):
+                offset[a] = (points[index[row, j], a] - points[i, a]) / unit
+            for a in range(d):
+                for b in range(d):
+                    moment[a, b] += offset[a] * offset[b]
+            if j + 1 < least:
+                continue
+            trace = square = 0.0
+            for a in range(d):
+                trace += moment[a, a]
+                for b in range(d):
+                    square += moment[a, b] * moment[a, b]
+            if LINE * (trace * trace - square) >= 2.0 * trace * trace:
+                out[row] = j + 1
+                break
 
 
 @kernel

@@ -29,7 +29,7 @@ def spacing(
     points : (n, d) array_like of float [L], or Neighborhood
     k : int
         Neighbours. 8 is one ring around an even sample. On scan lines farther apart than samples along them the estimate
-        is right while k neighbours reach the next lines: up to three times as far for 8, ten for 24.
+        is right while k neighbours reach the next lines: up to three times as far for 8, ten for 24. See `line_spacing`.
     rounds : int
         Of smoothing. Each round averages over one more ring; 0 gives the plain estimate.
     threads : int, optional
@@ -75,7 +75,12 @@ def plain_spacing(hood: Neighborhood, k: int) -> NDArray[np.float64]:
 def smooth_spacing(hood: Neighborhood, k: int = RING, rounds: int = ROUNDS) -> NDArray[np.float64]:
     """Spacing of distinct points, its logarithm averaged over neighbours."""
     k = min(k, hood.k)
-    own = plain_spacing(hood, k)
+    return smoothed(plain_spacing(hood, k), hood, k, rounds)
+
+
+def smoothed(own: NDArray[np.float64], hood: Neighborhood, k: int = RING, rounds: int = ROUNDS) -> NDArray[np.float64]:
+    """The logarithm of a spacing averaged over neighbours."""
+    k = min(k, hood.k)
     if k == 0 or not own.any():
         return own
     unit = 2.0 ** float(np.frexp(own.max())[1])  # so that scaling by a power of two is exact

@@ -12,6 +12,7 @@ from recon.threads import over_ranges, workers
 
 from ._scales import WIDER, blend, fit_scales, normals_of
 from .density import smooth_spacing
+from .lines import thinning
 from .neighborhood import RING, Neighborhood, neighbors
 from .stray import strays
 
@@ -83,6 +84,8 @@ class Linked:
     spacing : (m,) ndarray of float64 [L]
     skip : (m,) ndarray of bool
         Samples that are none of the surface.
+    near : (m,) ndarray of float64 [L]
+        Spacing of all of them, where `spacing` is that of the fitted ones.
     fitted : ndarray of int64
         The samples that fits are made to, ascending: all, or so many that noise is less than their spacing.
     """
@@ -92,6 +95,7 @@ class Linked:
     links: NDArray[np.integer]
     spacing: NDArray[np.float64]
     skip: NDArray[np.bool_]
+    near: NDArray[np.float64]
     fitted: NDArray[np.int64]
 
     @property
@@ -100,18 +104,14 @@ class Linked:
         return np.repeat(np.arange(len(self.points)), np.diff(self.first))
 
     @classmethod
-    def of(cls, hood: Neighborhood) -> Linked:
-        """The distinct points of a neighbourhood, outliers left out."""
+    def of(cls, hood: Neighborhood, threads: int | None) -> Linked:
+        """The distinct points of a neighbourhood, outliers left out; on scan lines linked to so few that the next lines are reached."""
         k, n = min(RING, hood.k), len(hood.points)
         links = np.ascontiguousarray(hood.index[:, :k]).ravel()
-        return cls(
-            hood.points,
-            np.arange(n + 1) * k,
-            links,
-            smooth_spacing(hood),
-            strays(hood)[0],
-            np.arange(n, dtype=np.int64),
-        )
+        spacing, every = smooth_spacing(hood), np.arange(n, dtype=np.int64)
+        cloud = cls(hood.points, np.arange(n + 1) * k, links, spacing, strays(hood)[0], spacing, every)
+        step = thinning(hood, threads)
+        return cloud if step == 1 else cloud.thinned(step, threads)
 
     def thinned(self, step: int, threads: int | None) -> Linked:
         """The same samples linked to one in `step` of them, and with the spacing of those."""
@@ -123,7 +123,7 @@ class Linked:
         first = np.arange(len(self.points) + 1) * k
         spacing = smooth_spacing(few)[nearest[:, 0]]
         skip = self.skip & (far[:, 0] > np.sqrt(NEAR_SQ) * few.scale * spacing)  # beyond the smallest fit
-        return Linked(self.points, first, fitted[nearest].ravel(), spacing, skip, np.sort(fitted))
+        return Linked(self.points, first, fitted[nearest].ravel(), spacing, skip, self.near, np.sort(fitted))
 
 
 def scatter(points: ArrayLike | Neighborhood, *, threads: int | None = None) -> Scatter:
@@ -166,7 +166,7 @@ def scatter(points: ArrayLike | Neighborhood, *, threads: int | None = None) -> 
     0.0
     """
     hood = neighbors(points, RING, threads=threads)
-    found = resolved(_three_dimensional(hood), threads)[1]
+    found = resolved(_three_dimensional(hood, threads), threads)[1]
     return Scatter(found.sigma[hood.inverse], found.where[hood.inverse], found.relative, found.noisy, found.layered)
 
 
@@ -207,7 +207,7 @@ def level(cloud: Linked, threads: int | None) -> Scatter:
         np.quantile(variance[near, 1], 0.25, axis=1),
     )
     sigma, wider = np.sqrt(low / QUARTILES[0]), np.sqrt(wide / QUARTILES[1])
-    even = (middle <= SPREAD**2 * low) & (wider <= GROWTH * sigma) & (sigma > LEAST * cloud.spacing[rows[centers]])
+    even = (middle <= SPREAD**2 * low) & (wider <= GROWTH * sigma) & (sigma > LEAST * cloud.near[rows[centers]])
     sheets = even & _layered(cloud, rows, near, threads) if even.any() else even
 
     def around(values: NDArray) -> NDArray[np.float64]:
@@ -314,7 +314,7 @@ def _fit(
     return variance[:, :levels]
 
 
-def _three_dimensional(hood: Neighborhood) -> Linked:
+def _three_dimensional(hood: Neighborhood, threads: int | None) -> Linked:
     if hood.points.shape[1] != 3:
         raise InvalidInput(f"points: a quadric needs d = 3, got {hood.points.shape[1]}")
-    return Linked.of(hood)
+    return Linked.of(hood, threads)

@@ -33,6 +33,14 @@ from .front import PATH, complain, print_table, shared, surface_names
     help="Independent or evenly spaced points.",
 )
 @click.option(
+    "--lines",
+    type=float,
+    default=1.0,
+    show_default=True,
+    metavar="RATIO",
+    help="Scan lines, so many times as far apart as points along them.",
+)
+@click.option(
     "--noise", type=float, default=0.0, show_default=True, help="Standard deviation of the noise, in units of length."
 )
 @click.option(
@@ -51,6 +59,7 @@ def sample(
     count: int,
     density: str,
     spacing: str,
+    lines: float,
     noise: float,
     noise_kind: str,
     outliers: float,
@@ -79,7 +88,14 @@ def sample(
     how: Any = density if density in ("area", "curvature") else _ratio(density)
     try:
         cloud = shape.sample(
-            count, density=how, spacing=spacing, noise=noise, noise_kind=noise_kind, outliers=outliers, rng=seed
+            count,
+            density=how,
+            spacing=spacing,
+            lines=lines,
+            noise=noise,
+            noise_kind=noise_kind,
+            outliers=outliers,
+            rng=seed,
         )
     except ValueError as error:
         raise InvalidInput(f"{surface}: {error}") from error

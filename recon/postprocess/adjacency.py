@@ -35,4 +35,4 @@ def linked(mesh: Mesh, threads: int | None = None) -> tuple[Linked, NDArray[np.i
     source, links = np.divmod(key, n)
     first = np.searchsorted(source, np.arange(n + 1))
     spacing, nobody = weighting.spacing(hood)[order], np.zeros(n, bool)
-    return Linked(mesh.vertices[order], first, links, spacing, nobody, np.arange(n)), place
+    return Linked(mesh.vertices[order], first, links, spacing, nobody, spacing, np.arange(n)), place

@@ -66,7 +66,7 @@ def denoise(points: ArrayLike | Mesh, *, threads: int | None = None) -> NDArray[
     hood = weighting.neighbors(points, threads=threads)
     if hood.points.shape[1] != 3:
         raise InvalidInput(f"points: expected 3 columns, got {hood.points.shape[1]}")
-    return moved(hood, *projection.resolved(projection.Linked.of(hood), threads), threads)
+    return moved(hood, *projection.resolved(projection.Linked.of(hood, threads), threads), threads)
 
 
 def moved(
