@@ -18,7 +18,17 @@ from recon.page.raster import as_url
 
 Result = dict[str, Any]
 SURFACES, CLOSED = datasets_synthetic.surfaces(3), datasets_synthetic.surfaces(3, closed=True)
-CONDITIONS = ("plain", "density 10", "density 50", "noise 0.1", "noise 0.5", "10% outliers", "hole")
+CONDITIONS = (
+    "plain",
+    "density 10",
+    "density 50",
+    "noise 0.1",
+    "noise 0.5",
+    "10% outliers",
+    "lines 5",
+    "lines 12",
+    "hole",
+)
 PACKAGES = ("weighted-alpha-recon", "open3d", "pymeshlab", "numpy", "numba")
 
 
@@ -146,7 +156,7 @@ def crossed(results: Sequence[Result], closed: bool) -> list[list[str]]:
 
 
 def _graded_and_noisy(condition: str) -> str:
-    return ", ".join(part for part in condition.split(", ") if part.startswith(("density", "noise")))
+    return ", ".join(part for part in condition.split(", ") if part.startswith(("density", "lines", "noise")))
 
 
 def weights(results: Sequence[Result]) -> list[list[str]]:

@@ -202,6 +202,8 @@ def reconstruct(
         reason = f"{beside:.0%} of the samples would lie beside the closed surface"
         found = replace(found, reason=reason, confidence=min((beside - BESIDE) / (0.5 - BESIDE), 1.0))
         mesh, shape, copies, islands = _cleaned(located, found, carried, clean, threads)
+    if found.kind == "open" and shape.closed:  # the pieces with a boundary were removed
+        found = replace(found, kind="closed")
 
     clock.start("report")
     sections = _figures(samples, spacing, w, weights, triangulation, found, mesh, shape, copies, islands)

@@ -12,6 +12,7 @@ import recon
 BENCHMARKS = Path(__file__).parents[1] / "benchmarks"
 sys.path.insert(0, str(BENCHMARKS))
 import evidence  # noqa: E402
+import evidence_clouds  # noqa: E402
 import evidence_report  # noqa: E402
 import peers  # noqa: E402
 
@@ -21,7 +22,7 @@ sys.path.remove(str(BENCHMARKS))
 @pytest.fixture(scope="module")
 def sphere():
     """A cloud of the sphere and a mesh that solves it."""
-    cloud = evidence.cloud_of(evidence.Case("sphere"), None)
+    cloud = evidence_clouds.cloud_of(evidence_clouds.Case("sphere"), None)
     mesh = recon.reconstruct(cloud.points).mesh
     assert evidence.judge(mesh, cloud, True)["faults"] == []
     return cloud, mesh
@@ -80,7 +81,7 @@ def test_no_faces_and_no_area_are_faults(sphere):
 
 
 def test_outliers_need_not_be_used():
-    cloud = evidence.cloud_of(evidence.Case("sphere", outliers=0.1), None)
+    cloud = evidence_clouds.cloud_of(evidence_clouds.Case("sphere", outliers=0.1), None)
     assert cloud.genuine.sum() == 0.9 * len(cloud.points)
     figures = evidence.judge(recon.reconstruct(cloud.points[cloud.genuine]).mesh, cloud, True)
     assert figures["used"] == 1.0
@@ -88,7 +89,7 @@ def test_outliers_need_not_be_used():
 
 
 def test_a_removed_piece_may_be_closed_over_or_kept_as_a_hole():
-    cloud = evidence.cloud_of(evidence.Case("sphere", hole=True), None)
+    cloud = evidence_clouds.cloud_of(evidence_clouds.Case("sphere", hole=True), None)
     whole = recon.reconstruct(cloud.points, surface="closed").mesh
     corners = whole.vertices[whole.faces]
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
@@ -100,14 +101,14 @@ def test_a_removed_piece_may_be_closed_over_or_kept_as_a_hole():
 
 
 def test_an_open_surface_that_was_closed_is_found():
-    cloud = evidence.cloud_of(evidence.Case("hemisphere"), None)
+    cloud = evidence_clouds.cloud_of(evidence_clouds.Case("hemisphere"), None)
     assert evidence.judge(recon.reconstruct(cloud.points).mesh, cloud, True)["faults"] == []
     faults = evidence.judge(recon.reconstruct(cloud.points, surface="closed").mesh, cloud, True)["faults"]
     assert "closed over its boundary" in faults
 
 
 def test_noise_is_measured_against_the_samples_before_it():
-    clean, noisy = (evidence.cloud_of(evidence.Case("torus", noise=level), None) for level in (0.0, 0.5))
+    clean, noisy = (evidence_clouds.cloud_of(evidence_clouds.Case("torus", noise=level), None) for level in (0.0, 0.5))
     assert noisy.near == clean.near
     moved = np.linalg.norm(noisy.points - clean.points, axis=1)
     assert 0.4 < np.sqrt(np.mean(moved**2)) / np.sqrt(clean.truth.area / len(clean.points)) < 0.6
@@ -116,17 +117,17 @@ def test_noise_is_measured_against_the_samples_before_it():
 def test_a_mesh_file_is_its_own_truth(tmp_path):
     (tmp_path / "meshes").mkdir()
     recon.write_mesh(
-        recon.reconstruct(evidence.cloud_of(evidence.Case("torus"), None).points).mesh, tmp_path / "meshes/t.off"
+        recon.reconstruct(evidence_clouds.cloud_of(evidence_clouds.Case("torus"), None).points).mesh, tmp_path / "meshes/t.off"
     )
-    (case,) = evidence.files(tmp_path)
-    cloud = evidence.cloud_of(case, tmp_path)
+    (case,) = evidence_clouds.files(tmp_path)
+    cloud = evidence_clouds.cloud_of(case, tmp_path)
     assert (case.name, cloud.topologies) == ("meshes/t.off", ((0, 0),))
     figures = evidence.judge(recon.reconstruct(cloud.points).mesh, cloud, True)
     assert figures["faults"] == []
 
 
 def test_every_way_of_weighing_gives_a_mesh_to_judge():
-    cloud = evidence.cloud_of(evidence.Case("sphere"), None)
+    cloud = evidence_clouds.cloud_of(evidence_clouds.Case("sphere"), None)
     few = cloud.points[:200]
     for name in (peers.RECON, *peers.WEIGHTS):
         made = list(peers.CONTENDERS[name].run(few, peers.nearest(few)))

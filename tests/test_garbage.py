@@ -181,3 +181,13 @@ def test_numbers_of_numpys_are_numbers(call):
 def test_whole_numbers_of_numpys_are_whole_numbers(call):
     for kind in (np.int64, np.uint8, np.int32, np.array):
         assert np.array_equal(call(kind(12)), call(12)), kind
+
+
+@pytest.mark.parametrize("n", [200, 300])
+def test_a_curve_of_which_a_closed_crumb_is_left_is_not_called_open(n):
+    u = np.linspace(0, 2 * np.pi, n, endpoint=False)
+    knot = np.column_stack([np.sin(u) + 2 * np.sin(2 * u), np.cos(u) - 2 * np.cos(2 * u), -np.sin(3 * u)])
+    result = recon.reconstruct(knot)
+    assert (result.surface == "open") == (result.report["mesh"]["open_edges"] > 0)
+    assert result.report["surface"]["kind"] == result.surface
+    recon.certify(result)

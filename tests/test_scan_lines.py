@@ -74,6 +74,7 @@ def test_line_spacing_scales_turns_and_counts_duplicates_once():
         [[0.0, 0.0, 0.0]],
         [[1.0, 2.0, 3.0]] * 40,
         np.column_stack([np.arange(300.0), np.zeros(300), np.zeros(300)]),  # one line alone
+        np.column_stack([np.cos(np.arange(300.0) / 40), np.sin(np.arange(300.0) / 40), np.arange(300.0) / 40]),  # bent
         np.random.default_rng(0).normal(size=(300, 2)),
         np.random.default_rng(0).normal(size=(300, 5)),
         np.column_stack([np.tile(np.arange(150.0), 2), np.repeat([0.0, 1e90], 150), np.zeros(300)]),
@@ -144,3 +145,16 @@ def test_a_closed_surface_that_was_asked_for_does_not_depend_on_how_far_lines_ar
     assert np.array_equal(plain.faces, wide.faces)
     assert label_surface(triangulation, spacing).kind == "open"  # between lines all facets are walls
     assert label_surface(triangulation, spacing, apart=apart).kind == "closed"
+
+
+def test_samples_of_a_circle_are_no_region():
+    u = np.linspace(0, 2 * np.pi, 200, endpoint=False)
+    with pytest.raises(recon.DegenerateInput, match="samples of a surface"):
+        recon.reconstruct(np.column_stack([np.cos(u), np.sin(u), np.cos(u)]))
+
+
+def test_scans_in_rings_from_four_sides_make_a_torus():
+    torus = datasets_synthetic.surface("torus")
+    eyes = ([3, 3, 2.0], [-3, 3, -2.0], [3, -3, -2.0], [-3, -3, 2.0])
+    result = recon.reconstruct(np.concatenate([torus.scan([eye], (30, 500)).points for eye in eyes]))
+    assert (result.surface, result.report["mesh"]["genus"]) == ("closed", 1)

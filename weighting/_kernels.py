@@ -11,6 +11,7 @@ from recon._kernels.compile import kernel
 from ._frame import normal_of
 
 LINE = 30.0  # l1 / l2 of samples on a line, about
+OFF_LINE = 0.5  # squared distance of a sample to those of a line, over that to the one in the middle: 1 straight beside it
 
 
 @kernel
@@ -47,8 +48,9 @@ def smooth(values, index, k):
 
 @kernel
 def beside_a_line(points, rows, index, distance, least, out):
-    """How many neighbours of each of some points it takes, at least `least`, until they lie on no line with it; 0: all do.
+    """How many neighbours it takes until they lie on no line with each of some points, or 0: `least`, unless those do lie on one.
 
+    More where those do: up to the first that is off the line, its distance to all nearer ones not much less than to the point.
     Second moments of the offsets: (l1 l2 + l2 l3 + l3 l1) / (l1 + l2 + l3)^2 is 0 on a line, 1/4 for an even disk.
     """
     d = points.shape[1]
@@ -60,20 +62,28 @@ def beside_a_line(points, rows, index, distance, least, out):
         if unit == 0.0:
             continue
         moment[:] = 0.0
-        for j in range(index.shape[1]):
+        for j in range(least):
             for a in range(d):
                 offset[a] = (points[index[row, j], a] - points[i, a]) / unit
             for a in range(d):
                 for b in range(d):
                     moment[a, b] += offset[a] * offset[b]
-            if j + 1 < least:
-                continue
-            trace = square = 0.0
-            for a in range(d):
-                trace += moment[a, a]
-                for b in range(d):
-                    square += moment[a, b] * moment[a, b]
-            if LINE * (trace * trace - square) >= 2.0 * trace * trace:
+        trace = square = 0.0
+        for a in range(d):
+            trace += moment[a, a]
+            for b in range(d):
+                square += moment[a, b] * moment[a, b]
+        if LINE * (trace * trace - square) >= 2.0 * trace * trace:
+            out[row] = least
+            continue
+        for j in range(least, index.shape[1]):
+            nearest = np.inf
+            for k in range(j):
+                apart = 0.0
+                for a in range(d):
+                    apart += ((points[index[row, j], a] - points[index[row, k], a]) / distance[row, j]) ** 2
+                nearest = min(nearest, apart)
+            if nearest >= OFF_LINE:
                 out[row] = j + 1
                 break
 

@@ -41,9 +41,10 @@ def line_spacing(points: ArrayLike | Neighborhood, *, threads: int | None = None
 
     Notes
     -----
-    As `spacing`, but where 8 neighbours lie on a line with the sample, the distance is that at which neighbours lie beside it: what the eighth
+    As `spacing`, but where 8 neighbours lie on a line with the sample, the distance is that of the first that is off the line: what the eighth
     would have if samples along the lines were thinned out until they are even. A line: the second moments of the offsets have one
-    large eigenvalue and two small ones, (l1 l2 + l2 l3 + l3 l1) < (l1 + l2 + l3)^2 / 30, and so for most of the neighbours.
+    large eigenvalue and two small ones, (l1 l2 + l2 l3 + l3 l1) < (l1 + l2 + l3)^2 / 30, and so for most of the neighbours. Off it:
+    as far from all nearer samples as from this one, but for a factor of sqrt(2). So a line that bends is a line.
 
     Examples
     --------
@@ -63,7 +64,7 @@ def across(hood: Neighborhood, threads: int | None) -> NDArray[np.float64]:
     own = plain_spacing(hood, k)
     if k < RING or hood.points.shape[1] != 3 or not own.any():
         return own
-    on_line = _enough(hood, np.arange(len(own)), hood.index, hood.distance, threads) == 0
+    on_line = _enough(hood.points, np.arange(len(own)), hood.index, hood.distance, threads) == 0
     if not on_line.any():
         return own
     on_line &= on_line[hood.index[:, :k]].sum(axis=1) > k // 2
@@ -72,7 +73,7 @@ def across(hood: Neighborhood, threads: int | None) -> NDArray[np.float64]:
         while len(some) and width < min(MOST, len(own) - 1):
             width *= 2
             index, distance = hood.wider(some, width, threads)
-            enough = _enough(hood, some, index, distance, threads)
+            enough = _enough(hood.points, some, index, distance, threads)
             found = enough > 0
             own[some[found]] *= distance[found, enough[found] - 1] / hood.distance[some[found], k - 1]
             some = some[~found]
@@ -80,13 +81,13 @@ def across(hood: Neighborhood, threads: int | None) -> NDArray[np.float64]:
 
 
 def _enough(
-    hood: Neighborhood, rows: NDArray, index: NDArray, distance: NDArray, threads: int | None
+    points: NDArray[np.float64], rows: NDArray, index: NDArray, distance: NDArray, threads: int | None
 ) -> NDArray[np.int64]:
-    """How many neighbours it takes, 8 or more, to see that a sample lies on no line; 0 where all do not show it."""
+    """How many neighbours it takes, 8 or more, until they lie on no line with a point; 0 where all do."""
     out = np.empty(len(rows), np.int64)
 
     def work(a: int, b: int) -> None:
-        beside_a_line(hood.points, rows[a:b], index[a:b], distance[a:b], RING, out[a:b])
+        beside_a_line(points, rows[a:b], index[a:b], distance[a:b], RING, out[a:b])
 
     over_ranges(work, len(rows), threads)
     return out
@@ -108,9 +109,9 @@ def thinning(hood: Neighborhood, threads: int | None) -> int:
     offset = (hood.points[index] - hood.points[rows, None]) / unit[:, None, None]
     centered = offset - offset.mean(axis=1, keepdims=True)
     frame = np.linalg.eigh(np.einsum("nki,nkj->nij", centered, centered))[1][:, :, 1:]  # of the plane
-    u, v = np.moveaxis(np.einsum("nki,nij->nkj", offset, frame), 2, 0)
-    uu, uv, vv = (u * u).cumsum(axis=1), (u * v).cumsum(axis=1), (v * v).cumsum(axis=1)
-    aside = LINE * (uu * vv - uv * uv) >= (uu + vv) ** 2
-    aside[:, : k - 1], aside[:, -1] = False, True
-    reached = np.quantile(distance[np.arange(len(rows)), aside.argmax(axis=1)] / unit, 0.75)
+    flat = np.einsum("nki,nij->nkj", offset, frame)
+    own, others = np.arange(len(rows)), np.arange(index.size).reshape(index.shape)
+    shadows = np.concatenate([flat.reshape(-1, 2), np.zeros((len(rows), 2))])
+    enough = _enough(shadows, index.size + own, others, np.linalg.norm(flat, axis=2), threads)
+    reached = np.quantile(np.where(enough > 0, distance[own, enough - 1], unit) / unit, 0.75)
     return math.ceil(EVEN * float(reached)) if reached > 1.0 else 1

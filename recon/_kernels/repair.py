@@ -25,7 +25,7 @@ RADIUS_CAP = 5.0
 REACH_BURIED = 300  # nodes a move may flip to reach a buried sample or an island,
 REACH_PINCH = 30  # to mend a pinched one,
 REACH_HANDLE = 15  # to cut a handle
-CROWDED = 500  # nodes around a sample above which they are not tried one by one: that takes their square
+CROWDED = 500  # nodes around a sample above which they are not tried one by one, and moves are shorter: that takes their square
 HOPELESS = 4.0  # energy above the best at which a move is given up,
 HOPELESS_BURIED = 100.0  # and one that reaches for a buried sample or an island
 ISLAND = 2000  # nodes; larger components are bodies, and so are those with
@@ -323,10 +323,11 @@ def search(ground, sides, pole, anti, widest, rounds, thin, blank, excess, compo
         for v in range(n):
             if starts[v] == starts[v + 1] or excess[v] == 0 or tried[v] >= stirred[v]:
                 continue
+            reach = np.int64(REACH_BURIED * min(1.0, (CROWDED / (starts[v + 1] - starts[v])) ** 2))
             for seed in (anti[v], pole[v]):
                 if excess[v] < 0 and 0 <= seed < m and state[1] < N - 64:
                     gained += move(
-                        ground, scratch, widest, sides, work, np.int64(seed), np.int64(REACH_BURIED), HOPELESS_BURIED, WIDEST
+                        ground, scratch, widest, sides, work, np.int64(seed), reach, HOPELESS_BURIED, WIDEST
                     )  # fmt: skip
             if excess[v] != 0 and starts[v + 1] - starts[v] <= CROWDED:
                 for i in range(starts[v], starts[v + 1]):
