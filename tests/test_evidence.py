@@ -117,7 +117,8 @@ def test_noise_is_measured_against_the_samples_before_it():
 def test_a_mesh_file_is_its_own_truth(tmp_path):
     (tmp_path / "meshes").mkdir()
     recon.write_mesh(
-        recon.reconstruct(evidence_clouds.cloud_of(evidence_clouds.Case("torus"), None).points).mesh, tmp_path / "meshes/t.off"
+        recon.reconstruct(evidence_clouds.cloud_of(evidence_clouds.Case("torus"), None).points).mesh,
+        tmp_path / "meshes/t.off",
     )
     (case,) = evidence_clouds.files(tmp_path)
     cloud = evidence_clouds.cloud_of(case, tmp_path)

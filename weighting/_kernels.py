@@ -11,7 +11,7 @@ from recon._kernels.compile import kernel
 from ._frame import normal_of
 
 LINE = 30.0  # l1 / l2 of samples on a line, about
-OFF_LINE = 0.5  # squared distance of a sample to those of a line, over that to the one in the middle: 1 straight beside it
+OFF_LINE = 0.5  # squared distance to the samples of a line, over that to the one asking: 1 straight beside it
 
 
 @kernel

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from recon.threads import over_ranges
 
-from ._kernels import LINE, beside_a_line
+from ._kernels import beside_a_line
 from .density import plain_spacing, smoothed
 from .neighborhood import RING, Neighborhood, neighbors
 
