@@ -25,6 +25,7 @@ _CANDIDATES = 4  # blue noise: candidates per point that stays
 _PATIENCE = 30  # blue noise: one candidate in so many goes in a round, so that the crowded go first
 _NEIGHBORS = 24  # blue noise: neighbours that are held against each candidate
 _ACROSS = 1.0, 0.5, 0.3  # scan lines: direction, from the longest side of the bounds to the shortest
+_FARTHEST = 1000.0  # scan lines: times as far apart as points along them
 _PROBES = 2000  # scan lines: points that the mean slope is taken from
 _STEPS = 6  # scan lines: moves of each candidate onto its line
 _FLATTEST = 0.1  # scan lines: least sine of the angle between the surface and the planes
@@ -66,9 +67,9 @@ def sample_surface(
     if spacing not in SPACINGS:
         raise ValueError(f"spacing: expected one of {', '.join(SPACINGS)}, got {spacing!r}")
     not_negative(lines=lines)
-    if lines < 1 or (lines > 1 and surface.dimension != 3):
+    if not 1 <= lines <= _FARTHEST or (lines > 1 and surface.dimension != 3):
         raise ValueError(
-            f"lines: how many times as far apart as points along them, 1 or more, and in space; got {lines!r}"
+            f"lines: how many times as far apart as points along them, 1 to 1000, and in space; got {lines!r}"
         )
     relative = relative_density(surface, density)
     balls = [_ball(ball, surface.dimension) for ball in holes]

@@ -211,7 +211,7 @@ class Surface:
             in all; or a function of positions (m, d) that gives relative densities (m,) between 0 and 1.
         spacing : {"random", "blue"}
             Independent points, or evenly spaced ones of the same density (blue noise).
-        lines : float, default 1
+        lines : float, 1 to 1000, default 1
             Above 1 the points lie on scan lines, where parallel planes cut the surface, mostly across the longest side of the bounds:
             on the mean so many times as far apart as the points along them, which are even. Where the surface is inclined
             to the planes by less than a tenth there are none. d = 3.

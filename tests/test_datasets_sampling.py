@@ -224,6 +224,7 @@ def test_curves_in_the_plane_have_no_scan_lines():
         ({"lines": 0.5}, "lines"),
         ({"lines": float("nan")}, "lines"),
         ({"lines": "few"}, "lines"),
+        ({"lines": 1e300}, "lines"),
         ({"noise": -0.1}, "noise"),
         ({"noise": float("inf")}, "noise"),
         ({"noise_kind": "gauss"}, "noise_kind"),
