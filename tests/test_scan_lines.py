@@ -105,6 +105,7 @@ def test_noise_on_scan_lines_is_seen_and_taken_out(name, lines, noise):
     found = weighting.scatter(points)
     assert found.noisy > 0.9
     assert np.median(found.sigma) == pytest.approx(noise * unit, rel=0.25)
+    assert found.relative == pytest.approx(np.median(found.sigma / weighting.spacing(points)), rel=1e-12)
     before, after = (np.abs(surface.distance(p)).mean() for p in (points, denoise(points)))
     assert after < 0.45 * before
 

@@ -182,11 +182,9 @@ def resolved(cloud: Linked, threads: int | None) -> tuple[Linked, Scatter]:
         step *= 2
         wide = cloud.thinned(step, threads)
         seen = level(wide, threads)
-    if step == 1:
-        return cloud, noise
-    if seen.relative > RESOLVED or seen.layered > 0.5:
-        return cloud, replace(noise, where=np.zeros_like(noise.where), noisy=0.0)
-    ratio = np.divide(seen.sigma, cloud.spacing, out=np.zeros(len(seen.sigma)), where=cloud.spacing > 0)
+    if step > 1 and (seen.relative > RESOLVED or seen.layered > 0.5):
+        wide, seen = cloud, replace(noise, where=np.zeros_like(noise.where), noisy=0.0)
+    ratio = np.divide(seen.sigma, cloud.near, out=np.zeros(len(seen.sigma)), where=cloud.near > 0)
     return wide, replace(seen, relative=float(np.median(ratio)))
 
 
