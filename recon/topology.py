@@ -99,7 +99,7 @@ def topology(faces: ArrayLike, *, threads: int | None = None) -> Topology:
     """
     triangles = _as_triangles(faces)
     given = len(triangles)
-    triangles = triangles[(triangles != np.roll(triangles, 1, axis=1)).all(axis=1)]
+    triangles = triangles[_whole(triangles)]
     n, triangles = _compact(triangles)
     f = len(triangles)
     edges = HalfEdges(triangles, n)
@@ -108,9 +108,9 @@ def topology(faces: ArrayLike, *, threads: int | None = None) -> Topology:
     def of_faces() -> tuple[bool, bool, int, int]:
         oriented = bool((edges.forward[pairs[0]] != edges.forward[pairs[1]]).all())
         orientable = oriented or _orientable(f, pairs, edges.forward)
-        return oriented, orientable, _count_components(n, edges.low, edges.high), _duplicates(triangles, n, edges)
+        return oriented, orientable, _count_components(n, edges.low, edges.high), _duplicates(triangles, edges)
 
-    (umbrella, per_vertex), (oriented, orientable, components, duplicates) = together(
+    (forest, per_vertex), (oriented, orientable, components, duplicates) = together(
         threads, lambda: _umbrellas(triangles, n, edges), of_faces
     )
     nonmanifold_edges = int((edges.count > 2).sum())
@@ -125,7 +125,7 @@ def topology(faces: ArrayLike, *, threads: int | None = None) -> Topology:
         euler=euler,
         components=components,
         genus=components - euler // 2 if closed and manifold and orientable else None,
-        boundary_loops=_boundary_loops(edges, umbrella),
+        boundary_loops=_boundary_loops(edges, forest),
         open_edges=int((edges.count == 1).sum()),
         nonmanifold_edges=nonmanifold_edges,
         nonmanifold_vertices=nonmanifold_vertices,
@@ -158,7 +158,7 @@ def patches(faces: ArrayLike) -> NDArray[np.int64]:
     [0, 1, 0, -1]
     """
     triangles = _as_triangles(faces)
-    whole = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
+    whole = _whole(triangles)
     n, compact = _compact(triangles[whole])
     a, b = HalfEdges(compact, n).pairs()
     result = np.full(len(triangles), -1)
@@ -211,16 +211,20 @@ def _as_triangles(faces: ArrayLike) -> NDArray[np.int64]:
     return triangles.astype(np.int64)
 
 
+def _whole(triangles: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Which faces name no vertex twice?"""
+    a, b, c = triangles.T
+    return (a != b) & (b != c) & (c != a)
+
+
 def _compact(triangles: NDArray[np.int64]) -> tuple[int, NDArray[np.int64]]:
-    """Number the vertices in use 0 .. n-1, in order."""
+    """Number the vertices in use 0 .. n-1."""
+    from ._kernels.edges import number_vertices
+
     if len(triangles) == 0:
         return 0, triangles
-    used = np.zeros(triangles.max() + 1, bool)
-    used[triangles.ravel()] = True
-    if used.all():
-        return len(used), triangles
-    number = np.cumsum(used) - 1
-    return int(number[-1]) + 1, number[triangles]
+    numbered, count = number_vertices(triangles, triangles.max())
+    return count, numbered
 
 
 class HalfEdges:
@@ -230,13 +234,9 @@ class HalfEdges:
         from ._kernels.edges import by_edge  # numba takes a while to load
 
         # Half-edge h = 3 * face + j runs from corner j to corner j + 1.
-        start, end = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
-        self.forward = start < end
-        self.order = by_edge(triangles, n)
-        key = (np.minimum(start, end) * n + np.maximum(start, end))[self.order]
-        self.first = np.flatnonzero(np.diff(key, prepend=-1))
-        self.count = np.diff(self.first, append=len(key))
-        self.low, self.high = np.divmod(key[self.first], n) if n else (key, key)
+        self.forward = (triangles < triangles[:, [1, 2, 0]]).ravel()
+        self.order, self.first, self.low, self.high = by_edge(triangles, n)
+        self.count = np.diff(self.first, append=len(self.order))
 
     def pairs(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """The two half-edges of each edge that has two."""
@@ -283,31 +283,32 @@ def _double_cover(
     return _labels(2 * f, np.r_[a, a + f], np.r_[np.where(agree, b, b + f), np.where(agree, b + f, b)])
 
 
-def _umbrellas(triangles: NDArray[np.int64], n: int, edges: HalfEdges) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
-    """Label corners by umbrella, and count the umbrellas of each vertex."""
-    from ._kernels.edges import corners_joined
+def _umbrellas(triangles: NDArray[np.int64], n: int, edges: HalfEdges) -> tuple[NDArray[np.integer], NDArray[np.int64]]:
+    """Forest of the corners of each umbrella, and how many umbrellas each vertex has."""
+    from ._kernels.edges import corners_joined, umbrellas_at
 
     a, b = edges.chains()
-    count, label = corners_joined(len(triangles), a, b, edges.forward[a] == edges.forward[b])
-    vertex = np.zeros(count, np.int64)
-    vertex[label] = triangles.ravel()
-    return label, np.bincount(vertex, minlength=n)
+    forest = corner_forest(len(triangles))
+    corners_joined(forest, a, b, edges.forward[a] == edges.forward[b])
+    return forest, umbrellas_at(forest, triangles, n)
 
 
-def _boundary_loops(edges: HalfEdges, umbrella: NDArray[np.int32]) -> int:
+def corner_forest(f: int) -> NDArray[np.integer]:
+    """Every corner of f faces on its own."""
+    return np.arange(3 * f, dtype=np.int32 if 3 * f <= np.iinfo(np.int32).max else np.int64)
+
+
+def _boundary_loops(edges: HalfEdges, forest: NDArray[np.integer]) -> int:
     """Components of the open edges, linked within umbrellas."""
+    from ._kernels.edges import roots
+
     half_edge = edges.order[edges.first[edges.count == 1]]
-    ends = np.r_[umbrella[half_edge], umbrella[_head(half_edge)]]
-    nodes, ends = np.unique(ends, return_inverse=True)
+    nodes, ends = np.unique(roots(forest, np.r_[half_edge, _head(half_edge)]), return_inverse=True)
     return _count_components(len(nodes), *np.split(ends, 2))
 
 
-def _duplicates(triangles: NDArray[np.int64], n: int, edges: HalfEdges) -> int:
-    """Faces on the vertices of an earlier face: with it, they have their two lower vertices on one edge."""
-    edge = np.empty(triangles.size, np.int64)
-    edge[edges.order] = np.repeat(np.arange(len(edges.count)), edges.count)
-    top = triangles.argmax(axis=1)
-    base = edge.reshape(-1, 3)[np.arange(len(triangles)), (top + 1) % 3]
-    shared = np.bincount(base, minlength=1)[base] > 1
-    key = np.sort(base[shared] * n + triangles.max(axis=1)[shared])
-    return int((np.diff(key) == 0).sum())
+def _duplicates(triangles: NDArray[np.int64], edges: HalfEdges) -> int:
+    """Faces on the vertices of an earlier face."""
+    from ._kernels.edges import repeated
+
+    return int(repeated(triangles, edges.order, edges.first, edges.high))

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..mesh import Mesh
-from ..topology import HalfEdges
+from ..topology import HalfEdges, corner_forest
 
 
 def split_pinches(mesh: Mesh) -> tuple[Mesh, int]:
@@ -75,12 +75,14 @@ def _mates(mesh: Mesh, edges: HalfEdges) -> tuple[NDArray[np.int64], NDArray[np.
 
 def _split(mesh: Mesh, one: NDArray[np.int64], two: NDArray[np.int64]) -> tuple[Mesh, int]:
     """Split into umbrellas of faces joined across these pairs of half-edges."""
-    from .._kernels.edges import corners_joined  # numba takes a while to load
+    from .._kernels.edges import corners_joined, labelled  # numba takes a while to load
 
     faces = mesh.faces.astype(np.int64)
     f = len(faces)
     same = faces.ravel()[one] == faces.ravel()[two]  # start to start, where both walk the edge the same way
-    pieces, number = corners_joined(f, one, two, same)
+    forest = corner_forest(f)
+    corners_joined(forest, one, two, same)
+    pieces, number = labelled(forest)
     used = np.zeros(len(mesh.vertices), bool)
     used[faces] = True
     if pieces == np.count_nonzero(used):
