@@ -52,16 +52,17 @@ def cut_thin_handles(
     while True:
         faces = forest.corners_of(nodes, facets_between(links, sides, len(gate), threads), OUTWARD)
         shallow = (trust < SHALLOW) | (sides[pole] == sides[anti])
-        if _made_of_disks(faces, shallow):
+        among = _beyond_disks(faces, shallow)
+        if not among.any():
             return cut
         used = np.zeros(n, bool)
         used[faces.ravel()] = True
         if used.sum() - len(faces) // 2 == 2 * pieces - 2:
             return cut  # its Euler number without handles
         touched = np.zeros(n, bool)
-        for loop in _loops(faces, n):
+        for loop in _loops(faces, among):
             around = np.linalg.norm(points[loop] - points[np.roll(loop, 1)], axis=1).sum()
-            if shallow[loop].all() and around <= THIN * spacing[loop].mean():
+            if around <= THIN * spacing[loop].mean():
                 for side in (0, 1):
                     cut += cut_handle(ground, scratch, sides, excess, loop, side, (idle, touched))
         if not touched.any():
@@ -69,8 +70,8 @@ def cut_thin_handles(
         pieces = components.count_components(links, sides)
 
 
-def _made_of_disks(faces: NDArray[np.integer], among: NDArray[np.bool_]) -> bool:
-    """Is every piece of the surface that these vertices (n,) span of Euler number 1, so that no loop in it is around a handle?"""
+def _beyond_disks(faces: NDArray[np.integer], among: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Which of these vertices (n,) span no piece of the surface of Euler number 1? In such a piece no loop is around a handle."""
     from ._kernels.edges import components
 
     within = among[faces].sum(axis=1)
@@ -83,28 +84,40 @@ def _made_of_disks(faces: NDArray[np.integer], among: NDArray[np.bool_]) -> bool
     euler = sum(
         sign * np.bincount(piece[part], minlength=pieces) for sign, part in ((1, slice(None)), (-1, low), (1, inner))
     )
-    return bool(np.all(euler == 1))
+    beyond = np.zeros(len(among), bool)
+    beyond[vertices[np.asarray(euler != 1)[piece]]] = True
+    return beyond
 
 
-def _loops(faces: NDArray[np.integer], n: int) -> list[NDArray[np.int64]]:
-    """Loops of at most `EDGES` edges that part no piece of a closed surface, fewest first: of those that are shortest through
-    one of their vertices, one of each homology class.
+def _loops(faces: NDArray[np.integer], among: NDArray[np.bool_]) -> list[NDArray[np.int64]]:
+    """Loops of at most `EDGES` edges between these vertices (n,) that part no piece of a closed surface, fewest first: of those that are
+    shortest through one of their vertices, one of each homology class.
 
-    A spanning tree of the vertices and one of the faces that crosses none of its edges leave two edges for each handle (Eppstein
-    2003). Each of these, closed in the tree of the faces, is a cocycle: a loop has the class of the cocycles that it
-    crosses an odd number of times. They are told apart by words of 64 random bits, the same in every run. The shortest loop
-    through a vertex comes of a breadth-first search from there, and each loop that counts has an edge on a cocycle.
+    A loop is the boundary of a part of the surface, or not, whatever that looks like beyond the edges between these vertices: so
+    all faces that those do not part are one side. A spanning tree of the vertices and one of the sides that crosses none of its
+    edges leave some edges (Eppstein 2003). Each of these, closed in the tree of the sides, is a cocycle: a loop has the class
+    of the cocycles that it crosses an odd number of times. They are told apart by words of 64 random bits, the same in every run. The
+    shortest loop through a vertex comes of a breadth-first search from there, and each loop that counts has an edge on a
+    cocycle.
     """
-    from ._kernels.handles import class_words, loops_from
+    from ._kernels.handles import class_words, loops_from, pieces_beyond
 
-    edges = HalfEdges(faces.astype(np.int64), n)
-    number = np.empty(len(edges.order), np.int64)
-    number[edges.order] = np.repeat(np.arange(len(edges.count)), edges.count)
+    inside = among[faces]
+    near = np.flatnonzero(inside.sum(axis=1) >= 2)
+    third = np.where(inside[near], 0, faces[near]).sum(axis=1)  # the one vertex that may be none of these
+    side = np.where(inside[near].all(axis=1), len(among) + near, pieces_beyond(faces, among)[third])
+    edges = HalfEdges(faces[near].astype(np.int64), len(among))
     beside = np.full((len(edges.count), 2), -1)
     beside[edges.count == 2] = np.stack(edges.pairs(), axis=1) // 3
-    ends = np.stack([edges.low, edges.high], axis=1)
-    words, around = class_words(n, ends, number.reshape(-1, 3), beside)
-    counts, classes, vertices = loops_from(ends, *around, words, EDGES)
+    between = among[edges.low] & among[edges.high]
+    two = between & (edges.count == 2)
+    beside[two] = side[beside[two]]
+    vertices, ends = np.unique(np.stack([edges.low, edges.high], axis=1)[between], return_inverse=True)
+    names, sides = np.unique(beside[two], return_inverse=True)
+    beside[two] = sides.reshape(-1, 2)
+    ends = ends.reshape(-1, 2)
+    words, around = class_words(len(vertices), ends, len(names), beside[between])
+    counts, classes, found = loops_from(ends, *around, words, EDGES)
     order = np.argsort(counts, kind="stable")
     first = np.sort(np.unique(classes[order], return_index=True)[1])
-    return [vertices[k, : counts[k]] for k in order[first]]
+    return [vertices[found[k, : counts[k]]] for k in order[first]]

@@ -6,7 +6,7 @@ import pytest
 import datasets_synthetic
 import recon
 import weighting
-from recon.handles import EDGES, _loops, _made_of_disks, cut_thin_handles
+from recon.handles import EDGES, _beyond_disks, _loops, cut_thin_handles
 from recon.repair import excesses
 from recon.surface import _Evidence
 from recon.topology import topology
@@ -41,12 +41,30 @@ def parts_after_cutting(faces: np.ndarray, loop: np.ndarray) -> int:
 def test_loops_are_the_shortest_through_their_vertices(a, b):
     """Around the tube b edges, along it a: one loop of each class that is shortest somewhere."""
     faces = torus_faces(a, b)
-    loops = _loops(faces, a * b)
+    loops = _loops(faces, np.ones(a * b, bool))
     assert bool(loops) == (min(a, b) <= EDGES)
     for loop in loops:
         assert len(loop) == min(a, b)
         assert len(set(loop.tolist())) == len(loop)
         assert parts_after_cutting(faces, loop) == 1
+
+
+@pytest.mark.parametrize(("width", "around"), [(1, True), (3, True), (3, False)])
+def test_loops_among_some_vertices_know_the_whole_surface(width, around):
+    """A strip once around the tube of a torus has one class of loops; with the torus cut open and closed by two disks, none."""
+    a, b = 12, 6
+    faces = torus_faces(a, b)
+    among = np.arange(a * b) < width * b
+    if not around:  # without the rings 8 to 10, whose neighbours get a vertex each in their place
+        faces = faces[~((faces >= 8 * b) & (faces < 11 * b)).any(axis=1)]
+        for ring, top in ((np.arange(7 * b, 8 * b), a * b), (np.arange(11 * b, 12 * b)[::-1], a * b + 1)):
+            faces = np.r_[faces, np.stack([ring, np.roll(ring, -1), np.full(b, top)]).T]
+        among = np.append(among, [False, False])
+    t = topology(faces)
+    assert t.closed and t.euler == (0 if around else 2)
+    loops = _loops(faces, among)
+    assert [len(loop) for loop in loops] == ([b] if around else [])
+    assert all(among[loop].all() for loop in loops)
 
 
 def test_a_sphere_has_no_loops_however_thin_its_neck():
@@ -56,15 +74,15 @@ def test_a_sphere_has_no_loops_however_thin_its_neck():
     walls += [[ring[k + 1, j], ring[k, (j + 1) % 3], ring[k + 1, (j + 1) % 3]] for k in range(9) for j in range(3)]
     faces = np.array([*walls, ring[0][::-1], ring[-1]])
     assert topology(faces).euler == 2
-    assert _loops(faces, 30) == []
-    assert not _made_of_disks(faces, np.ones(30, bool))
-    assert _made_of_disks(faces, np.arange(30) < 2)
+    assert _loops(faces, np.ones(30, bool)) == []
+    assert _beyond_disks(faces, np.ones(30, bool)).all()
+    assert not _beyond_disks(faces, np.arange(30) < 2).any()
 
 
 def test_an_annulus_on_a_torus_is_no_disk():
     faces = torus_faces(12, 6)
-    assert not _made_of_disks(faces, np.arange(72) < 6)  # once around the tube
-    assert _made_of_disks(faces, np.arange(72) < 5)
+    assert (_beyond_disks(faces, np.arange(72) < 6) == (np.arange(72) < 6)).all()  # once around the tube
+    assert not _beyond_disks(faces, np.arange(72) < 5).any()
 
 
 def test_a_thin_handle_between_parts_that_pass_close_by_is_cut():

@@ -6,6 +6,7 @@ import numpy as np
 
 from .compile import kernel
 from .repair import TOPOLOGY, WALL, flip
+from .union import root
 
 STEPS = 120  # flips from a plug on, at most,
 HOPELESS = 12.0  # and energy above the best at which it is given up
@@ -22,65 +23,88 @@ def word(x):
 
 
 @kernel
-def class_words(n, ends, face_edges, beside):
-    """A word of each edge: those of a loop, joined by exclusive or, give 0 where it is the boundary of a part of the surface.
+def pieces_beyond(faces, among):
+    """A number for each vertex (n,), the same for those that edges join without passing one of `among` (n,)."""
+    parent = np.arange(len(among))
+    for i in range(len(faces)):
+        for j in range(3):
+            a, b = faces[i, j], faces[i, 0 if j == 2 else j + 1]
+            if not among[a] and not among[b]:
+                x, y = root(parent, np.int64(a)), root(parent, np.int64(b))
+                parent[max(x, y)] = min(x, y)
+    for x in range(len(parent)):
+        parent[x] = parent[parent[x]]
+    return parent
 
-    ends (e, 2): vertices of edges; face_edges (f, 3); beside (e, 2): faces at an edge, -1 unless it has two. Returns the
-    words and (starts, around): the edges of vertex v are around[starts[v] : starts[v + 1]], ascending.
-    """
-    e, f = len(ends), len(face_edges)
-    starts, around = np.zeros(n + 2, np.int64), np.empty(2 * e, np.int64)
-    for edge in range(e):
-        starts[ends[edge, 0] + 2] += 1
-        starts[ends[edge, 1] + 2] += 1
+
+@kernel
+def incident(n, ends):
+    """The edges at each of n nodes, ascending: around[starts[v] : starts[v + 1]]; none of edges that have no ends (-1)."""
+    starts = np.zeros(n + 2, np.int64)
+    for a, b in ends:
+        if a >= 0 and b >= 0:
+            starts[a + 2] += 1
+            starts[b + 2] += 1
     for v in range(n):
         starts[v + 2] += starts[v + 1]
-    for edge in range(e):
-        for v in ends[edge]:
-            around[starts[v + 1]] = edge
-            starts[v + 1] += 1
-    starts = starts[:-1]
-    tree, reached, queue = np.zeros(e, np.bool_), np.zeros(n, np.bool_), np.empty(n, np.int64)
-    for v in range(n):
-        if reached[v]:
+    around = np.empty(starts[n + 1], np.int64)
+    for edge in range(len(ends)):
+        if ends[edge, 0] >= 0 and ends[edge, 1] >= 0:
+            for v in ends[edge]:
+                around[starts[v + 1]] = edge
+                starts[v + 1] += 1
+    return starts[:-1], around
+
+
+@kernel
+def spanning_trees(ends, starts, around, barred):
+    """Spanning trees by breadth-first search: all nodes in that order, the edge by which each was reached, -1 at the first of a tree."""
+    n = len(starts) - 1
+    order, way, tail = np.empty(n, np.int64), np.full(n, -2), 0
+    for first in range(n):
+        if way[first] != -2:
             continue
-        reached[v] = True
-        queue[0], head, tail = v, 0, 1
-        while head < tail:
-            u = queue[head]
-            head += 1
-            for i in range(starts[u], starts[u + 1]):
-                w = ends[around[i], 0] + ends[around[i], 1] - u
-                if not reached[w]:
-                    reached[w] = tree[around[i]] = True
-                    queue[tail] = w
-                    tail += 1
-    parent, way, order, tail = np.full(f, -1), np.full(f, -1), np.empty(f, np.int64), 0
-    for first in range(f):
-        if parent[first] >= 0:
-            continue
-        parent[first], head, order[tail] = first, tail, first
+        way[first], order[tail], head = -1, first, tail
         tail += 1
         while head < tail:
             x = order[head]
             head += 1
-            for edge in face_edges[x]:
-                y = beside[edge, 0] + beside[edge, 1] - x
-                if not tree[edge] and beside[edge, 1] >= 0 and parent[y] < 0:
-                    parent[y], way[y], order[tail] = x, edge, y
+            for i in range(starts[x], starts[x + 1]):
+                y = ends[around[i], 0] + ends[around[i], 1] - x
+                if not barred[around[i]] and way[y] == -2:
+                    way[y], order[tail] = around[i], y
                     tail += 1
-    words, passing = np.zeros(e, np.uint64), np.zeros(f, np.uint64)
+    return order, way
+
+
+@kernel
+def class_words(vertices, ends, sides, beside):
+    """A word of each edge: those of a loop, joined by exclusive or, give 0 where it is the boundary of a part of the surface.
+
+    ends (e, 2): the edges, as numbers of vertices; beside (e, 2): the parts of the surface on their two sides, as numbers, -1 where
+    there are not two. Returns the words, and the edges at each vertex (`incident`).
+    """
+    e = len(ends)
+    tree, barred = np.zeros(e, np.bool_), np.zeros(e, np.bool_)
+    starts, around = incident(vertices, ends)
+    for edge in spanning_trees(ends, starts, around, barred)[1]:
+        if edge >= 0:
+            tree[edge] = True
+    order, way = spanning_trees(beside, *incident(sides, beside), tree)
+    words, passing, crossed = np.zeros(e, np.uint64), np.zeros(sides, np.uint64), tree.copy()
+    for edge in way:
+        if edge >= 0:
+            crossed[edge] = True
     for edge in range(e):
-        x, y = beside[edge]
-        if not tree[edge] and y >= 0 and way[x] != edge and way[y] != edge:
+        if not crossed[edge] and beside[edge, 1] >= 0:
             words[edge] = word(edge)
-            passing[x] ^= words[edge]
-            passing[y] ^= words[edge]
-    for i in range(f - 1, -1, -1):
+            passing[beside[edge, 0]] ^= words[edge]
+            passing[beside[edge, 1]] ^= words[edge]
+    for i in range(sides - 1, -1, -1):
         x = order[i]
         if way[x] >= 0:
             words[way[x]] ^= passing[x]
-            passing[parent[x]] ^= passing[x]
+            passing[beside[way[x], 0] + beside[way[x], 1] - x] ^= passing[x]
     return words, (starts, around)
 
 
