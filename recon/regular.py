@@ -83,16 +83,11 @@ def regular_triangulation(points: ArrayLike, weights: ArrayLike | None = None) -
     """
     located = as_points(points)
     w = as_weights(weights, len(located))
-    if located.shape[1] <= 3:  # imported here, as numba takes a while to load
+    from ._kernels.complex import corners_of  # imported here, as numba takes a while to load
+
+    if located.shape[1] <= 3:
         from ._kernels.triangulate import triangulate
     else:
         from .hull import lower_hull as triangulate
     cells, neighbors = triangulate(located, w)
-    return RegularTriangulation(located, w, cells, neighbors, _hidden(len(located), cells))
-
-
-def _hidden(n: int, cells: NDArray) -> NDArray[np.int64]:
-    """Rows that no cell has, ascending."""
-    unused = np.ones(n, bool)
-    unused[cells.ravel()] = False
-    return np.flatnonzero(unused)
+    return RegularTriangulation(located, w, cells, neighbors, np.flatnonzero(~corners_of(cells, len(located))))

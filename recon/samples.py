@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 import weighting
 from weighting import projection
 
+from .threads import together
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Samples:
@@ -67,7 +69,11 @@ def clean_samples(points: NDArray[np.float64], denoise: bool | None, threads: in
     if denoise is False or len(hood.points) < 2:
         return Samples(points, hood, nobody, nobody, duplicates, figures)
     located, removed, nearest = points, nobody, nobody
-    stray = weighting.certain_outliers(hood, threads=threads)
+    stray, linked = together(
+        threads,
+        lambda: weighting.certain_outliers(hood, threads=threads),
+        lambda: projection.Linked.of(hood, threads),
+    )
     if stray.any():
         removed, kept = np.flatnonzero(stray), np.flatnonzero(~stray)
         rest = weighting.neighbors(points[kept], threads=threads)
@@ -75,8 +81,9 @@ def clean_samples(points: NDArray[np.float64], denoise: bool | None, threads: in
         located = points.copy()
         located[removed] = points[nearest]
         hood = weighting.neighbors(located, threads=threads)
+        linked = projection.Linked.of(hood, threads)
         figures["removed_outliers"] = len(removed)
-    cloud, noise = projection.resolved(projection.Linked.of(hood, threads), threads)
+    cloud, noise = projection.resolved(linked, threads)
     figures["noise"] = float(np.median(noise.sigma))
     figures["noise_in_spacings"] = noise.relative
     figures["noisy_share"], figures["layered_share"] = noise.noisy, noise.layered

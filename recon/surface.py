@@ -299,9 +299,8 @@ class _Evidence:
         from ._kernels import forest
 
         parent = forest.first_trees(self.links, self.gate, *self.poles)
-        facets, keys = forest.facet_evidence(self.links, self.gate, parent)
-        same = np.zeros(len(facets), np.uint8)
-        return forest.signed_forest(self.links, len(self.cells), facets, keys, same, *self.poles, parent)
+        evidence = forest.facet_evidence(self.links, self.gate, parent)
+        return forest.signed_forest(self.links, len(self.cells), *evidence, *self.poles, parent)
 
     def open_sides(self) -> tuple[NDArray[np.int8], int]:
         """Side of every node as its corners see it; and the facets of a sheet that were passed over."""
@@ -368,18 +367,14 @@ class _Evidence:
         wide, whole = areas(self.points, apart[self.order] * self.unit, faces, OPEN_GATE)
         return wide / whole if whole > 0 else 1.0
 
-    def corners(self, simplices: NDArray[np.integer]) -> NDArray[np.bool_]:
-        """Which points are vertices of these simplices (n,)?"""
-        found = np.zeros(len(self.points), bool)
-        found[simplices.ravel()] = True
-        return found
-
     def rows(self, faces: NDArray[np.int32]) -> NDArray[np.int32]:
         """Faces in rows of the input."""
         return self.order.astype(np.int32)[faces]
 
     def open(self, reason: str, confidence: float) -> Surface:
         """The facets between one hand and the other that are no wider than a sheet's."""
+        from ._kernels.complex import corners_of
+
         sides, passed = self.open_sides()
         excess = self.repair(sides, self.pieces(sides), OPEN_GATE)
         counts = self.flip_edges(sides, excess, OPEN_GATE)
@@ -388,7 +383,8 @@ class _Evidence:
         cloud, walls = (self.points, self.spacing), (self.nodes, self.gate, *self.stars)
         facets = np.append(facets, pinholes(cloud, walls, self.faces(facets).astype(np.int64)))
         faces = _turned(self.points, self.faces(facets).astype(np.int64)).astype(np.int32)
-        buried = int((self.corners(self.cells) & ~self.corners(faces)).sum())
+        n = len(self.points)
+        buried = int((corners_of(self.cells, n) & ~corners_of(faces, n)).sum())
         kind = "closed" if topology(faces).closed else "open"
         bridged = self.leak.ravel()[facets]
         return Surface(

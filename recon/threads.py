@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 from .contracts import as_whole
 
 T = TypeVar("T")
-_SMALL = 4096  # rows that are not worth a thread
+SMALL = 4096  # rows of little work that are not worth a thread
 _MOST = 1024  # threads; more are not started, whatever is asked for
 
 
@@ -21,9 +21,12 @@ def workers(threads: int | None) -> int:
     return min(as_whole(threads, "threads", 1), _MOST)
 
 
-def over_ranges(work: Callable[[int, int], T], n: int, threads: int | None) -> list[T]:
-    """Call work(start, stop) on as many equal ranges of n rows as there are threads; results in order of the ranges."""
-    parts = min(workers(threads), 8, n // _SMALL + 1)
+def over_ranges(work: Callable[[int, int], T], n: int, threads: int | None, worth: int = SMALL) -> list[T]:
+    """Call work(start, stop) on as many equal ranges of n rows as there are threads; results in order of the ranges.
+
+    `worth`: rows that are worth a thread.
+    """
+    parts = min(workers(threads), 8, n // worth + 1)
     bounds = [n * i // parts for i in range(parts + 1)]
     if parts == 1:
         return [work(0, n)]

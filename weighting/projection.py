@@ -24,6 +24,7 @@ SLACK = 3.0  # standard deviations by which the misfit of a fit may exceed the n
 MOST = 5.0  # standard deviations of noise from a fit that a sample may be moved
 STRONG = 0.25  # noise [spacings] from which on planes need more samples
 LOOKED_AT = 4096  # samples from which the noise level is taken
+HEAVY = 256  # fits that are worth a thread
 STRETCH = 256  # of those, next to each other, that a level is taken from
 CENTERS = 4  # one of those in so many is the middle of a stretch
 # The lower quartile of chi^2 over its degrees of freedom, for the 12 - 6 and the 25 - 6 of the two smallest fits. The
@@ -208,12 +209,14 @@ def level(cloud: Linked, threads: int | None) -> Scatter:
     even = (middle <= SPREAD**2 * low) & (wider <= GROWTH * sigma) & (sigma > LEAST * cloud.near[rows[centers]])
     sheets = even & _layered(cloud, rows, near, threads) if even.any() else even
 
+    value = np.zeros(len(rows))
+    value[centers] = 1.0
+    count = value[near].sum(axis=1) + 1.0
+
     def around(values: NDArray) -> NDArray[np.float64]:
         """Mean over the centres in every stretch."""
-        sums = np.zeros((2, len(rows)))
-        sums[0, centers], sums[1, centers] = values, 1.0
-        total, count = sums[:, near].sum(axis=2)
-        return np.asarray((total + values) / (count + 1.0))
+        value[centers] = values
+        return np.asarray((value[near].sum(axis=1) + values) / count)
 
     core = around(even & ~sheets) > MOSTLY
     share = around(core)
@@ -308,7 +311,7 @@ def _fit(
             rows[start:stop], near_sq, levels, strong, SLACK, variance[start:stop], *fits,
         )  # fmt: skip
 
-    over_ranges(work, len(rows), threads)
+    over_ranges(work, len(rows), threads, HEAVY)
     return variance[:, :levels]
 
 

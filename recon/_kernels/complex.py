@@ -64,3 +64,13 @@ def finish(words, used, width, index):
                 cells[new, k] = index[words[8 * c + k]]
                 neighbors[new, k] = place[words[8 * c + 4 + k] >> np.uint32(3)]
     return cells, neighbors
+
+
+@kernel
+def corners_of(simplices, n):
+    """Which of n vertices are corners of simplices (n,)?"""
+    found = np.zeros(n, np.bool_)
+    for i in range(simplices.shape[0]):
+        for k in range(simplices.shape[1]):
+            found[simplices[i, k]] = True
+    return found

@@ -93,41 +93,27 @@ def first_trees(links, gate, pole, anti, trust):
 
 @kernel
 def facet_evidence(links, gate, parent):
-    """The facets between different trees, as 4 * node + corner, widest gate first, and their gates."""
+    """The facets between different trees, as 4 * node + corner, and their gates."""
     m = len(gate)
-    count = 0
+    facets, keys, count = np.empty(4 * m, np.int32), np.empty(4 * m, np.float32), 0
     for c in range(m):
         for k in range(4):
+            facets[count], keys[count] = 4 * c + k, gate[c, k]
             count += (links[c, k] > c) & (parent[links[c, k]] != parent[c])
-    facets, keys = np.empty(count, np.int32), np.empty(count, np.float32)
-    count = 0
-    for c in range(m):
-        for k in range(4):
-            if links[c, k] > c and parent[links[c, k]] != parent[c]:
-                facets[count], keys[count] = 4 * c + k, gate[c, k]
-                count += 1
-    descending(keys, facets)
-    return facets, keys
+    return facets[:count], keys[:count]
 
 
 @kernel
-def signed_forest(links, m, facets, keys, opposite, pole, anti, trust, parent):
-    """Unite nodes across facets (on the same side, or `opposite` ones) and poles of samples (opposite), strongest evidence first.
+def _unite(links, facets, keys, poles, s, until, parent):
+    """Unite nodes across facets, widest first, and those of poles that speak louder, from the s-th on, in the end all louder than `until`.
 
-    Evidence that contradicts stronger evidence is passed over. `parent` (N,), 2 * parent + parity, has the trees there are, and
-    grows. Returns sides (N,) int8, 0 where the first ghost is, and how much of the evidence for opposite sides was passed over.
+    Returns the pole to go on with, and how much of the evidence for opposite sides was passed over.
     """
-    N = len(links)
-    strength, by_trust = trust.copy(), np.empty(len(trust), np.int32)
-    for v in range(len(trust)):
-        by_trust[v] = v
-    descending(strength, by_trust)
-    count = len(facets)
-    passed = 0
+    pole, anti, strength, by_trust = poles
+    count, passed = len(facets), 0
     one, two = np.empty(_BLOCK, np.int64), np.empty(_BLOCK, np.int64)
-    s = 0
     for f in range(count + 1):
-        while s < len(by_trust) and (f == count or strength[s] > keys[f]):
+        while s < len(by_trust) and strength[s] > (keys[f] if f < count else until):
             v = by_trust[s]
             s += 1
             if anti[v] < 0:
@@ -141,14 +127,49 @@ def signed_forest(links, m, facets, keys, opposite, pole, anti, trust, parent):
         if f < count:
             if f % _BLOCK == 0:  # ahead of time, all at once: memory answers many questions as fast as one
                 for i in range(f, min(f + _BLOCK, count)):
-                    one[i - f], two[i - f] = parent[facets[i] >> 2], parent[links[facets[i] >> 2, facets[i] & 3]]
+                    facet = max(facets[i], ~facets[i])
+                    one[i - f], two[i - f] = parent[facet >> 2], parent[links[facet >> 2, facet & 3]]
             a, p = _root(parent, one[f % _BLOCK] >> 1)
             b, q = _root(parent, two[f % _BLOCK] >> 1)
+            opposite = np.int64(facets[f] < 0)
             odd = (one[f % _BLOCK] ^ two[f % _BLOCK]) & 1 ^ p ^ q
             if a != b:
-                parent[max(a, b)] = 2 * min(a, b) + (opposite[f] ^ odd)
+                parent[max(a, b)] = 2 * min(a, b) + (opposite ^ odd)
             else:
-                passed += opposite[f] == 1 and odd == 0
+                passed += opposite == 1 and odd == 0
+    return s, passed
+
+
+@kernel
+def signed_forest(links, m, facets, keys, pole, anti, trust, parent):
+    """Unite nodes across facets (on the same side) and poles of samples (on opposite ones), strongest evidence first.
+
+    Facets: 4 * node + corner, or ~(4 * node + corner) where it is between opposite sides. Evidence that contradicts stronger
+    evidence is passed over. `parent` (N,), 2 * parent + parity, has the trees there are, and grows. Returns sides (N,) int8, 0 where
+    the first ghost is, and how much of the evidence for opposite sides was passed over. The weaker half of the facets is sorted
+    when the other is done with, and most of them are within one tree by then (Filter-Kruskal: Osipov, Sanders & Singler 2009).
+    """
+    N = len(links)
+    strength, by_trust = trust.copy(), np.arange(len(trust)).astype(np.int32)
+    descending(strength, by_trust)
+    poles = pole, anti, strength, by_trust
+    middle = np.sort(keys[:: 1 + len(keys) // 1024])
+    strong = keys >= (middle[len(middle) // 2] if len(middle) > 0 else np.float32(0))
+    order, width = facets[strong], keys[strong]
+    descending(width, order)
+    s, passed = _unite(links, order, width, poles, 0, np.inf, parent)
+    order, width, count = np.empty(len(facets), np.int32), np.empty(len(facets), np.float32), 0
+    for f in range(len(facets)):
+        if not strong[f]:
+            facet = max(facets[f], ~facets[f])
+            a, p = _root(parent, np.int64(facet >> 2))
+            b, q = _root(parent, np.int64(links[facet >> 2, facet & 3]))
+            order[count], width[count] = facets[f], keys[f]
+            count += a != b
+            passed += (a == b) & (facets[f] < 0) & (p == q)
+    order, width = order[:count], width[:count]
+    descending(width, order)
+    passed += _unite(links, order, width, poles, s, -1.0, parent)[1]
     sides = np.empty(N, np.int8)
     for x in range(N):
         sides[x] = _root(parent, np.int64(x))[1]

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from .compile import kernel
-from .forest import descending, each_facet
+from .forest import each_facet
 
 NEAR = 2.5  # neighbours of a sample on its sheet are nearer than this [local spacings]
 FLAT = 0.5  # cells whose centre is closer to the tangent plane are on the side where their other corners see it
@@ -84,7 +84,7 @@ def heights(points, spacing, cells, centers, axis):
 
 @kernel
 def sheet_evidence(nodes, links, gate, axis, normals, height, widest):
-    """All facets once, as 4 * node + corner, surest first; how sure; and which of them lie between opposite sides.
+    """All facets once, as 4 * node + corner, or ~(4 * node + corner) where they lie between opposite sides; and how sure that is.
 
     Facets that all corners agree on come first, then those in doubt, and last those too wide for a sheet: where no side is
     consistent, as around a boundary, it is out there that the sides meet.
@@ -92,7 +92,6 @@ def sheet_evidence(nodes, links, gate, axis, normals, height, widest):
     m = len(height)
     facets = each_facet(links, m)
     keys = np.empty(len(facets), np.float32)
-    opposite = np.empty(len(facets), np.uint8)
     for f in range(len(facets)):
         c, k = np.int64(facets[f] >> 2), facets[f] & 3
         o = np.int64(links[c, k])
@@ -112,13 +111,12 @@ def sheet_evidence(nodes, links, gate, axis, normals, height, widest):
                     there += FAR * normals[o - m, a] * axis[v, a]
             votes += (here > 0) != (there > 0)
             margin = min(margin, min(abs(here), abs(there)))
-        opposite[f] = votes >= 2
         if gate[c, k] > widest:
             keys[f] = np.float32(1e-6) / gate[c, k]
         elif votes == 0 or votes == 3:
             keys[f] = np.float32(1) + margin
         else:
             keys[f] = np.float32(1e-3) * margin
-    order = np.arange(len(facets)).astype(np.int32)
-    descending(keys, order)
-    return facets[order], keys, opposite[order]
+        if votes >= 2:
+            facets[f] = ~facets[f]
+    return facets, keys
