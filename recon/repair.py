@@ -16,6 +16,7 @@ def repair(
     ground: tuple[NDArray, ...],
     sides: NDArray[np.int8],
     poles: tuple[NDArray, NDArray, NDArray],
+    facets: NDArray[np.int64],
     pieces: tuple[int, NDArray, NDArray, NDArray],
     widest: float,
     threads: int | None,
@@ -30,6 +31,8 @@ def repair(
     sides : (N,) ndarray of int8
     poles : (n,) ndarrays of int32, int32, float32
         The deepest node around every sample, the deepest opposite to it, and how sure that is.
+    facets : (f,) ndarray of int64
+        Between the sides, see `facets_between`.
     pieces : number of components, component (N,), size (N + 1,), queue (N,)
         Of these sides, see `recon._kernels.components.number_components`. Of no more use after that.
     widest : float
@@ -51,15 +54,15 @@ def repair(
     thin = np.zeros(m, np.bool_)
     if widest == np.inf:
         over_ranges(lambda *part: kernels.thin_spots(nodes, links, gate, sides, *part, thin), m, threads)
-    excess = excesses(ground, sides, widest, threads)
+    excess = excesses(ground, facets, widest, threads)
     books = thin, np.zeros((3, len(nodes)), np.int64), excess, component, size, queue
     moves, number = kernels.search(ground, sides, *poles[:2], np.float32(widest), ROUNDS, *books, number)
     if widest < np.inf:
         return excess, moves
     if cut_thin_handles(ground, sides, poles, excess, int(np.count_nonzero(size[:number])), threads):
-        number = components.number_components(links, sides, component, size, queue)
+        number = components.number_components(links, sides, component, size)
     if kernels.absorb(nodes, links, gate, m, sides, component, size, number):
-        excess = excesses(ground, sides, widest, threads)
+        excess = excesses(ground, facets_between(links, sides, m, threads), widest, threads)
     return excess, moves
 
 
@@ -89,13 +92,12 @@ def flip_edges(
 
 
 def excesses(
-    ground: tuple[NDArray, ...], sides: NDArray[np.int8], widest: float, threads: int | None
+    ground: tuple[NDArray, ...], facets: NDArray[np.int64], widest: float, threads: int | None
 ) -> NDArray[np.int32]:
-    """Umbrellas of every sample beyond the first, -1 of a buried one, 0 of those in no cell (n,)."""
+    """Umbrellas of every sample beyond the first, -1 of a buried one, 0 of those in no cell (n,), by the facets between the sides."""
     from ._kernels import umbrellas
 
-    points, _, nodes, links, gate, starts, _ = ground
-    facets = facets_between(links, sides, len(gate), threads)
+    points, _, nodes, _, gate, starts, _ = ground
     if widest < np.inf:
         facets = facets[gate.ravel()[facets] <= widest]
     excess = np.zeros(len(points), np.int32)

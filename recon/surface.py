@@ -138,23 +138,25 @@ def label_surface(
         return (evidence if same else _Evidence(triangulation, apart, flips, threads)).open(reason, confidence)
 
     sides, passed = evidence.closed_sides()
+    facets = evidence.between(sides)
     pieces, walls = together(
         threads,
         lambda: evidence.pieces(sides),
-        lambda: evidence.walls(sides, apart) if kind == "auto" else 0.0,
+        lambda: evidence.walls(facets, apart) if kind == "auto" else 0.0,
     )
     bubbles = pieces[0] - 2 if kind == "auto" else 0
     if bubbles * BUBBLE > len(spacing):
         sure = min(bubbles * BUBBLE / len(spacing) - 1, 1.0)
         return sheet(f"the closed surface would fall into {bubbles} bubbles", sure)
     if walls < WALLS:
-        excess = evidence.repair(sides, pieces, np.inf)
+        excess = evidence.repair(sides, facets, pieces, np.inf)
+        facets = evidence.between(sides)
         if kind == "closed":
-            return evidence.closed(sides, excess, passed)
-        walls = evidence.walls(sides, apart)
+            return evidence.closed(sides, facets, excess, passed)
+        walls = evidence.walls(facets, apart)
         if walls < WALLS:
             reason = f"only {walls:.1%} of the closed surface is walls, facets wider than a sheet's"
-            return replace(evidence.closed(sides, excess, passed), reason=reason, confidence=1 - walls / WALLS)
+            return replace(evidence.closed(sides, facets, excess, passed), reason=reason, confidence=1 - walls / WALLS)
     sure = min((walls - WALLS) / (0.5 - WALLS), 1.0)  # a flat sheet that is closed over is half walls
     return sheet(f"{walls:.0%} of the closed surface would be walls, facets wider than a sheet's", sure)
 
@@ -276,8 +278,13 @@ class _Evidence:
         self.points, self.weights = triangulation.points[order] * unit, triangulation.weights[order] * unit * unit
         self.spacing = spacing = spacing[order] * unit
         m = len(triangulation.cells)
-        nodes, links = np.empty((2, m + np.count_nonzero(triangulation.neighbors < 0), 4), np.int32)
-        sides.close_hull(triangulation.cells, triangulation.neighbors, rank, nodes, links)
+        cells, neighbors, lowest = triangulation.cells, triangulation.neighbors, np.empty(m, np.int32)
+        nodes, links = np.empty((2, m + np.count_nonzero(neighbors < 0), 4), np.int32)
+        over_ranges(lambda *part: sides.lowest_ranks(cells, rank, *part, lowest), m, threads)
+        given = cells, neighbors, rank, sides.places(lowest, len(order))
+        over_ranges(lambda *part: sides.number_nodes(*given, *part, nodes, links), m, threads)
+        sides.close_hull(nodes, links, m, len(order))
+        over_ranges(lambda *part: sides.link_ghosts(nodes, links, m, len(order), *part), len(nodes) - m, threads)
         self.nodes, self.links, self.cells = nodes, links, nodes[:m]
         centers, rho, depth = np.empty((m, 3)), np.empty(m), np.empty(m, np.float32)
         cloud = self.points, self.weights, spacing
@@ -321,15 +328,19 @@ class _Evidence:
         """What sides are mended on."""
         return self.points, self.spacing, self.nodes, self.links, self.gate, *self.stars
 
-    def repair(self, sides: NDArray[np.int8], pieces: Pieces, widest: float) -> NDArray[np.int32]:
+    def repair(
+        self, sides: NDArray[np.int8], facets: NDArray[np.int64], pieces: Pieces, widest: float
+    ) -> NDArray[np.int32]:
         """Mend `sides` in place; the excess umbrellas of every sample, -1 where it is buried."""
-        return repair(self.ground, sides, self.poles, pieces, widest, self.threads)[0]
+        return repair(self.ground, sides, self.poles, facets, pieces, widest, self.threads)[0]
 
-    def flip_edges(self, sides: NDArray[np.int8], excess: NDArray[np.int32], widest: float) -> tuple[int, int]:
-        """Make the surface bend less, in place; how many facets bridged a leak before, and how many edges were flipped?"""
-        facets = self.between(sides)
+    def flip_edges(
+        self, sides: NDArray[np.int8], facets: NDArray[np.int64], excess: NDArray[np.int32], widest: float
+    ) -> tuple[NDArray[np.int64], int, int]:
+        """Make the surface bend less, in place; its facets, how many bridged a leak before, and how many edges were flipped."""
         leaks = int(np.count_nonzero(self.leak.ravel()[facets] & (self.gate.ravel()[facets] <= widest)))
-        return leaks, flip_edges(self.ground, sides, excess, widest, self.threads) if self.flips else 0
+        flips = flip_edges(self.ground, sides, excess, widest, self.threads) if self.flips else 0
+        return self.between(sides) if flips else facets, leaks, flips
 
     def between(self, sides: NDArray[np.int8]) -> NDArray[np.int64]:
         """All facets between the sides, as 4 * cell + corner, seen from side 1 where it is a cell."""
@@ -341,10 +352,11 @@ class _Evidence:
 
         return corners_of(self.cells, facets, OUTWARD)
 
-    def closed(self, sides: NDArray[np.int8], excess: NDArray[np.int32], passed: int) -> Surface:
+    def closed(
+        self, sides: NDArray[np.int8], facets: NDArray[np.int64], excess: NDArray[np.int32], passed: int
+    ) -> Surface:
         """All facets between inside and outside, once `sides` are mended."""
-        counts = self.flip_edges(sides, excess, np.inf)
-        facets = self.between(sides)
+        facets, *counts = self.flip_edges(sides, facets, excess, np.inf)
         buried, pinched = int((excess < 0).sum()), int((excess > 0).sum())
         bridged = self.leak.ravel()[facets]
         return Surface(
@@ -357,13 +369,13 @@ class _Evidence:
 
         N = len(sides)
         parts = np.empty(N, np.int32), np.empty(N + 1, np.int64), np.empty(N, np.int32)
-        return number_components(self.links, sides, *parts), *parts
+        return number_components(self.links, sides, *parts[:2]), *parts
 
-    def walls(self, sides: NDArray[np.int8], apart: NDArray[np.float64]) -> float:
+    def walls(self, facets: NDArray[np.int64], apart: NDArray[np.float64]) -> float:
         """Share of the area in facets whose circumradius is above that of a sheet's, by a spacing in rows of the input."""
         from ._kernels.forest import areas
 
-        faces = self.faces(self.between(sides))
+        faces = self.faces(facets)
         wide, whole = areas(self.points, apart[self.order] * self.unit, faces, OPEN_GATE)
         return wide / whole if whole > 0 else 1.0
 
@@ -376,9 +388,8 @@ class _Evidence:
         from ._kernels.complex import corners_of
 
         sides, passed = self.open_sides()
-        excess = self.repair(sides, self.pieces(sides), OPEN_GATE)
-        counts = self.flip_edges(sides, excess, OPEN_GATE)
-        facets = self.between(sides)
+        excess = self.repair(sides, self.between(sides), self.pieces(sides), OPEN_GATE)
+        facets, *counts = self.flip_edges(sides, self.between(sides), excess, OPEN_GATE)
         facets = facets[self.gate.ravel()[facets] <= OPEN_GATE]
         cloud, walls = (self.points, self.spacing), (self.nodes, self.gate, *self.stars)
         facets = np.append(facets, pinholes(cloud, walls, self.faces(facets).astype(np.int64)))

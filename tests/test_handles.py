@@ -108,10 +108,10 @@ def test_cutting_keeps_the_books():
     evidence = _Evidence(recon.regular_triangulation(points), weighting.spacing(points), True, 1)
     sides, _ = evidence.closed_sides()
     ground = evidence.ground
-    excess = excesses(ground, sides, np.inf, 1)
+    excess = excesses(ground, evidence.between(sides), np.inf, 1)
     before, given = sides.copy(), excess.copy()
     grown = cut_thin_handles(ground, sides, evidence.poles, excess, evidence.pieces(sides)[0], 1)
-    assert (excess == excesses(ground, sides, np.inf, 1)).all()
+    assert (excess == excesses(ground, evidence.between(sides), np.inf, 1)).all()
     assert (excess < 0).sum() + excess[excess > 0].sum() <= (given < 0).sum() + given[given > 0].sum()
     assert grown > 0
     assert (before != sides).any()

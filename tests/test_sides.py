@@ -29,11 +29,18 @@ def labelled(seed: int, n: int = 60):
     triangulation = recon.regular_triangulation(points, weights)
     m = len(triangulation.cells)
     nodes, links = np.empty((2, m + np.count_nonzero(triangulation.neighbors < 0), 4), np.int32)
-    sides.close_hull(triangulation.cells, triangulation.neighbors, np.arange(n, dtype=np.int32), nodes, links)
+    rank, lowest, ghosts = np.arange(n, dtype=np.int32), np.empty(m, np.int32), len(nodes) - m
+    sides.lowest_ranks(triangulation.cells, rank, 0, m, lowest)
+    place = sides.places(lowest, n)
+    for part in (0, m // 3), (m // 3, m):  # as on two threads
+        sides.number_nodes(triangulation.cells, triangulation.neighbors, rank, place, *part, nodes, links)
+    sides.close_hull(nodes, links, m, n)
+    for part in (ghosts // 3, ghosts), (0, ghosts // 3):
+        sides.link_ghosts(nodes, links, m, n, *part)
     cells = nodes[:m]
     centers, rho, depth = np.empty((m, 3)), np.empty(m), np.empty(m, np.float32)
     gate, leak = np.empty((m, 4), np.float32), np.empty((m, 4), bool)
-    for part in (0, m // 3), (m // 3, m):  # as on two threads
+    for part in (0, m // 3), (m // 3, m):
         sides.spheres(points, weights, spacing, cells, *part, centers, rho, depth)
     for part in (m // 3, m), (0, m // 3):
         sides.facet_sizes(points, weights, spacing, nodes, links, rho, *part, gate, leak)
@@ -151,9 +158,7 @@ def test_signed_forest_takes_the_strongest_evidence_first(seed, sealed):
     assert len(facets) == np.count_nonzero(links[:m] > np.arange(m)[:, None])
     opposite = (np.random.default_rng(seed).random(len(facets)) < 0.3).astype(np.uint8)
     poles = pole, anti, trust
-    got, passed = forest.signed_forest(
-        links, m, np.where(opposite, ~facets, facets), keys, *poles, roots(N, m, sealed)
-    )
+    got, passed = forest.signed_forest(links, m, np.where(opposite, ~facets, facets), keys, *poles, roots(N, m, sealed))
     order = np.argsort(-keys, kind="stable")
     expected, expected_passed = forest_twin(links, m, facets[order], keys[order], opposite[order], *poles, sealed)
     np.testing.assert_array_equal(got, expected)
@@ -236,9 +241,10 @@ def test_repair_never_raises_the_energy_and_says_what_is_left(seed):
     side[:m] ^= rng.random(m) < 0.1  # damage to mend
     before, _ = energy(points, spacing, nodes, links, side)
     parts = np.empty(N, np.int32), np.empty(N + 1, np.int64), np.empty(N, np.int32)
-    pieces = components.number_components(links, side, *parts), *parts
+    pieces = components.number_components(links, side, *parts[:2]), *parts
     ground = points, spacing, nodes, links, gate, *umbrellas.star_lists(nodes, n)
-    excess, moves = mend(ground, side, (pole, anti, trust), pieces, np.inf, 1 + seed % 2)
+    facets = forest.facets_between(links, side, m, 0, m)
+    excess, moves = mend(ground, side, (pole, anti, trust), facets, pieces, np.inf, 1 + seed % 2)
     after, expected = energy(points, spacing, nodes, links, side)
     np.testing.assert_array_equal(excess, expected)
     assert moves > 0

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .compile import kernel
+from .union import root
 
 
 @kernel
@@ -26,16 +27,24 @@ def flood(links, component, x, old, new, queue):
 
 
 @kernel
-def number_components(links, sides, component, size, queue):
+def number_components(links, sides, component, size):
     """Number the components of nodes of one side from 0, (N,), and count their nodes, (N + 1,); returns how many."""
-    N = len(links)
+    N, parent = len(links), component
     for x in range(N):
-        component[x] = -2 - sides[x]
+        parent[x] = x
+        for k in range(4):
+            y = links[x, k]
+            if y < x and sides[y] == sides[x]:
+                a, b = root(parent, np.int64(x)), root(parent, np.int64(y))
+                parent[max(a, b)] = min(a, b)
     count = 0
     for x in range(N):
-        if component[x] < 0:
-            size[count] = flood(links, component, np.int32(x), component[x], np.int32(count), queue)
+        if parent[x] == x:
+            component[x], size[count] = count, 1
             count += 1
+        else:  # no parent is higher than its child: it has its number
+            component[x] = component[parent[x]]
+            size[component[x]] += 1
     return count
 
 
@@ -43,7 +52,7 @@ def number_components(links, sides, component, size, queue):
 def count_components(links, sides):
     """How many components of nodes of one side there are."""
     N = len(links)
-    return number_components(links, sides, np.empty(N, np.int32), np.empty(N + 1, np.int64), np.empty(N, np.int32))
+    return number_components(links, sides, np.empty(N, np.int32), np.empty(N + 1, np.int64))
 
 
 @kernel

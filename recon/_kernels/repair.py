@@ -318,7 +318,7 @@ def search(ground, sides, pole, anti, widest, rounds, thin, blank, excess, compo
     work = state, excess, stirred, component, size, chain, mark, queue, after, label, seen
     for _ in range(rounds):
         if state[1] > N // 2:  # numbers of components that are no more
-            state[1] = number_components(links, sides, component, size, queue)
+            state[1] = number_components(links, sides, component, size)
         gained = 0.0
         for v in range(n):
             if starts[v] == starts[v + 1] or excess[v] == 0 or tried[v] >= stirred[v]:

@@ -15,25 +15,40 @@ ROUNDING = 2.0**-50  # error of a determinant of order 3, in units of the sum of
 
 
 @kernel
-def close_hull(cells, neighbors, rank, nodes, links):
-    """Fill in nodes (N, 4), vertices by rank (n,), and links (N, 4): the m cells, then a ghost for each facet of the hull.
-
-    Cells come in the order of their lowest ranks, so that neighbours lie close together.
-    """
-    m, n, g = len(cells), len(rank), len(cells)
-    lowest, place, first = np.empty(m, np.int32), np.empty(m, np.int32), np.zeros(n + 1, np.int32)
-    for c in range(m):
+def lowest_ranks(cells, rank, first, last, lowest):
+    """Fill in the lowest rank among the vertices of each of a range of cells (m,)."""
+    for c in range(first, last):
         lowest[c] = min(min(rank[cells[c, 0]], rank[cells[c, 1]]), min(rank[cells[c, 2]], rank[cells[c, 3]]))
-        first[lowest[c] + 1] += 1
+
+
+@kernel
+def places(lowest, n):
+    """Where cells come to lie when they are in the order of their lowest ranks, so that neighbours lie close together (m,)."""
+    place, first = np.empty(len(lowest), np.int32), np.zeros(n + 1, np.int32)
+    for v in lowest:
+        first[v + 1] += 1
     for v in range(n):
         first[v + 1] += first[v]
-    for c in range(m):
+    for c in range(len(lowest)):
         place[c] = first[lowest[c]]
         first[lowest[c]] += 1
-    for c in range(m):
+    return place
+
+
+@kernel
+def number_nodes(cells, neighbors, rank, place, first, last, nodes, links):
+    """Fill in nodes (N, 4), vertices by rank (n,), and links (N, 4) for a range of the m cells; -1 on the hull."""
+    for c in range(first, last):
+        x = place[c]
         for k in range(4):
-            nodes[place[c], k] = rank[cells[c, k]]
-            links[place[c], k] = place[neighbors[c, k]] if neighbors[c, k] >= 0 else -1
+            nodes[x, k] = rank[cells[c, k]]
+            links[x, k] = place[neighbors[c, k]] if neighbors[c, k] >= 0 else -1
+
+
+@kernel
+def close_hull(nodes, links, m, n):
+    """Fill in a ghost for each facet of the hull, linked to its cell."""
+    g = m
     for c in range(m):
         for k in range(4):
             if links[c, k] < 0:
@@ -42,7 +57,12 @@ def close_hull(cells, neighbors, rank, nodes, links):
                     nodes[g, j] = nodes[c, j]
                 nodes[g, k], links[g, k] = n, c
                 g += 1
-    for g in range(m, len(nodes)):
+
+
+@kernel
+def link_ghosts(nodes, links, m, n, first, last):
+    """Fill in the links of a range of the ghosts to each other."""
+    for g in range(m + first, m + last):
         k = 0
         while nodes[g, k] != n:
             k += 1
