@@ -182,16 +182,6 @@ def test_first_trees_are_part_of_the_forest(seed, steps):
     assert passed == as_many and few < all_facets / 2
 
 
-def test_descending_is_a_stable_sort():
-    keys = np.random.default_rng(0).integers(0, 50, 3000).astype(np.float32)
-    keys[:5] = [0, 1e30, 1e-30, 3e38, 0]
-    order, found = np.argsort(-keys.astype(float), kind="stable"), np.arange(len(keys), dtype=np.int32)
-    expected = keys[order]
-    forest.descending(keys, found)
-    np.testing.assert_array_equal(found, order)
-    np.testing.assert_array_equal(keys, expected)
-
-
 def energy(points, spacing, nodes, links, side):
     """The energy of a labelling by its definition, and the excess of every sample."""
     n = len(points)

@@ -9,28 +9,6 @@ import numpy as np
 
 from .compile import kernel
 
-_BLOCK = 128  # facets at a time
-
-
-@kernel
-def descending(keys, values):
-    """Sort non-negative float32 keys, largest first, and int32 values along with them, both stably: a radix sort in place."""
-    n = len(keys)
-    bits, other_bits, other = keys.view(np.uint32), np.empty(n, np.uint32), np.empty(n, np.int32)
-    count = np.zeros((4, 257), np.int64)
-    for i in range(n):
-        for b in range(4):
-            count[b, 256 - ((bits[i] >> np.uint32(8 * b)) & np.uint32(255))] += 1
-    for b in range(4):
-        for digit in range(256):
-            count[b, digit + 1] += count[b, digit]
-        for i in range(n):
-            digit = 255 - ((bits[i] >> np.uint32(8 * b)) & np.uint32(255))
-            at = count[b, digit]
-            count[b, digit] += 1
-            other_bits[at], other[at] = bits[i], values[i]
-        bits, other_bits, values, other = other_bits, bits, other, values
-
 
 @kernel(inline="always")
 def _root(parent, x):
@@ -104,78 +82,87 @@ def facet_evidence(links, gate, parent):
 
 
 @kernel
-def _unite(links, facets, keys, poles, s, until, parent):
-    """Unite nodes across facets, widest first, and those of poles that speak louder, from the s-th on, in the end all louder than `until`.
-
-    Returns the pole to go on with, and how much of the evidence for opposite sides was passed over.
-    """
-    pole, anti, strength, by_trust = poles
-    count, passed = len(facets), 0
-    one, two = np.empty(_BLOCK, np.int64), np.empty(_BLOCK, np.int64)
-    for f in range(count + 1):
-        while s < len(by_trust) and strength[s] > (keys[f] if f < count else until):
-            v = by_trust[s]
-            s += 1
-            if anti[v] < 0:
-                continue
-            a, p = _root(parent, np.int64(pole[v]))
-            b, q = _root(parent, np.int64(anti[v]))
-            if a == b:
-                passed += p == q
-            else:
-                parent[max(a, b)] = 2 * min(a, b) + (1 ^ p ^ q)
-        if f < count:
-            if f % _BLOCK == 0:  # ahead of time, all at once: memory answers many questions as fast as one
-                for i in range(f, min(f + _BLOCK, count)):
-                    facet = max(facets[i], ~facets[i])
-                    one[i - f], two[i - f] = parent[facet >> 2], parent[links[facet >> 2, facet & 3]]
-            a, p = _root(parent, one[f % _BLOCK] >> 1)
-            b, q = _root(parent, two[f % _BLOCK] >> 1)
-            opposite = np.int64(facets[f] < 0)
-            odd = (one[f % _BLOCK] ^ two[f % _BLOCK]) & 1 ^ p ^ q
-            if a != b:
-                parent[max(a, b)] = 2 * min(a, b) + (opposite ^ odd)
-            else:
-                passed += opposite == 1 and odd == 0
-    return s, passed
-
-
-@kernel
 def signed_forest(links, m, facets, keys, pole, anti, trust, parent):
     """Unite nodes across facets (on the same side) and poles of samples (on opposite ones), strongest evidence first.
 
     Facets: 4 * node + corner, or ~(4 * node + corner) where it is between opposite sides. Evidence that contradicts stronger
-    evidence is passed over. `parent` (N,), 2 * parent + parity, has the trees there are, and grows. Returns sides (N,) int8, 0 where
-    the first ghost is, and how much of the evidence for opposite sides was passed over. The weaker half of the facets is sorted
-    when the other is done with, and most of them are within one tree by then (Filter-Kruskal: Osipov, Sanders & Singler 2009).
+    evidence is passed over; where it is as strong, facets come first, and lower numbers. `parent` (N,) has the trees there are: twice the
+    root of each node, which is its own, plus the parity. Returns sides (N,) int8, 0 where the first ghost is, and how much
+    of the evidence for opposite sides was passed over.
+
+    The strongest evidence that leads out of a tree is in the forest (Boruvka 1926), so all trees grow at once: round by round there
+    are half as many or fewer, and what lies within one is dropped. Nothing is sorted.
     """
     N = len(links)
-    strength, by_trust = trust.copy(), np.arange(len(trust)).astype(np.int32)
-    descending(strength, by_trust)
-    poles = pole, anti, strength, by_trust
-    middle = np.sort(keys[:: 1 + len(keys) // 1024])
-    strong = keys >= (middle[len(middle) // 2] if len(middle) > 0 else np.float32(0))
-    order, width = facets[strong], keys[strong]
-    descending(width, order)
-    s, passed = _unite(links, order, width, poles, 0, np.inf, parent)
-    order, width, count = np.empty(len(facets), np.int32), np.empty(len(facets), np.float32), 0
+    number, trees = np.empty(N, np.int32), 0
+    for x in range(N):
+        if parent[x] >> 1 == x:
+            number[x] = trees
+            trees += 1
+    size = len(facets) + len(trust)
+    one, two, key = np.empty(size, np.int32), np.empty(size, np.int32), np.empty(size, np.float32)
+    odd, count = np.empty(size, np.int8), 0
     for f in range(len(facets)):
-        if not strong[f]:
-            facet = max(facets[f], ~facets[f])
-            a, p = _root(parent, np.int64(facet >> 2))
-            b, q = _root(parent, np.int64(links[facet >> 2, facet & 3]))
-            order[count], width[count] = facets[f], keys[f]
-            count += a != b
-            passed += (a == b) & (facets[f] < 0) & (p == q)
-    order, width = order[:count], width[:count]
-    descending(width, order)
-    passed += _unite(links, order, width, poles, s, -1.0, parent)[1]
+        at = max(facets[f], ~facets[f])
+        x, y = parent[at >> 2], parent[links[at >> 2, at & 3]]
+        one[count], two[count], key[count] = number[x >> 1], number[y >> 1], keys[f]
+        odd[count] = (x ^ y) & 1 ^ (facets[f] < 0)
+        count += one[count] != two[count]
+    for v in range(len(trust)):
+        if anti[v] >= 0:
+            x, y = parent[pole[v]], parent[anti[v]]
+            one[count], two[count], key[count] = number[x >> 1], number[y >> 1], trust[v]
+            odd[count] = (x ^ y) & 1 ^ 1
+            count += one[count] != two[count]
+    into, turned = (
+        np.arange(trees),
+        np.zeros(trees, np.int8),
+    )  # where each of the first trees is now, and its parity there
+    best, up, name = np.empty(trees, np.int32), np.empty(trees, np.int32), np.empty(trees, np.int32)
+    while count > 0:
+        for t in range(trees):
+            best[t], up[t] = -1, 2 * t
+        for e in range(count):
+            a, b = one[e], two[e]
+            if best[a] < 0 or key[e] > key[best[a]]:
+                best[a] = e
+            if best[b] < 0 or key[e] > key[best[b]]:
+                best[b] = e
+        for t in range(trees):
+            if best[t] >= 0:
+                a, p = _root(up, np.int64(one[best[t]]))
+                b, q = _root(up, np.int64(two[best[t]]))
+                if a != b:
+                    up[max(a, b)] = 2 * min(a, b) + (odd[best[t]] ^ p ^ q)
+        fewer = 0
+        for t in range(trees):
+            a, p = _root(up, np.int64(t))
+            up[t] = 2 * a + p
+            if a == t:
+                name[t] = fewer
+                fewer += 1
+        for t in range(len(into)):
+            at = up[into[t]]
+            into[t] = name[at >> 1]
+            turned[t] ^= at & 1
+        left = 0
+        for e in range(count):
+            a, b = up[one[e]], up[two[e]]
+            one[left], two[left], key[left], odd[left] = name[a >> 1], name[b >> 1], key[e], odd[e] ^ (a ^ b) & 1
+            left += a >> 1 != b >> 1
+        trees, count = fewer, left
     sides = np.empty(N, np.int8)
     for x in range(N):
-        sides[x] = _root(parent, np.int64(x))[1]
+        sides[x] = parent[x] & 1 ^ turned[number[parent[x] >> 1]]
     outside = sides[m]
     for x in range(N):
         sides[x] ^= outside
+    passed = 0
+    for v in range(len(trust)):
+        passed += anti[v] >= 0 and sides[pole[v]] == sides[anti[v]]
+    for facet in facets:
+        if facet < 0:
+            passed += sides[~facet >> 2] == sides[links[~facet >> 2, ~facet & 3]]
     return sides, passed
 
 
