@@ -29,7 +29,7 @@ from .regular import RegularTriangulation, regular_triangulation
 from .report import Report
 from .samples import Samples, clean_samples
 from .surface import Surface, compact_mesh, label_surface
-from .threads import together, workers
+from .threads import workers
 from .topology import Topology, topology
 
 if TYPE_CHECKING:
@@ -183,14 +183,13 @@ def reconstruct(
     w = samples.below_others(_weigh(weights, hood, spacing) + alpha)
 
     clock.start("triangulation")
-    triangulation, apart = together(
-        threads, lambda: regular_triangulation(located, w), lambda: weighting.line_spacing(hood, threads=threads)
-    )
+    triangulation = regular_triangulation(located, w, threads=threads)
 
     clock.start("surface")
     if surface == "complex":
         found = _literal(triangulation)
     else:
+        apart = weighting.line_spacing(hood, threads=threads)
         found = label_surface(triangulation, spacing, surface, apart=apart, threads=threads)
     if len(found.faces) == 0:
         raise DegenerateInput(_nothing_left(found, triangulation, alpha))

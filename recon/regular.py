@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .contracts import as_points, as_weights
+from .threads import workers
 
 # In 3-D, the facet opposite corner k of a positive cell: counter-clockwise seen from outside the cell.
 OUTWARD = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])
@@ -47,7 +48,9 @@ class RegularTriangulation:
         return f"RegularTriangulation({n} points in {d}-D, {len(self.cells)} cells, {len(self.hidden)} hidden)"
 
 
-def regular_triangulation(points: ArrayLike, weights: ArrayLike | None = None) -> RegularTriangulation:
+def regular_triangulation(
+    points: ArrayLike, weights: ArrayLike | None = None, *, threads: int | None = None
+) -> RegularTriangulation:
     """Triangulate weighted points regularly: the lower convex hull of their lifted images, dual to the power diagram.
 
     Exact for the float64 input as given, whatever its position. Ties are broken by raising the weights by
@@ -59,6 +62,8 @@ def regular_triangulation(points: ArrayLike, weights: ArrayLike | None = None) -
     ----------
     points : (n, d) array_like of float [L]
     weights : (n,) array_like of float [L^2], default: all zero
+    threads : int, optional
+        All by default; of use in 3-D. The result does not depend on it.
 
     Returns
     -------
@@ -83,11 +88,15 @@ def regular_triangulation(points: ArrayLike, weights: ArrayLike | None = None) -
     """
     located = as_points(points)
     w = as_weights(weights, len(located))
+    workers(threads)  # refuses what is no number of threads
     from ._kernels.complex import corners_of  # imported here, as numba takes a while to load
 
     if located.shape[1] <= 3:
-        from ._kernels.triangulate import triangulate
+        from .insertion import triangulate
+
+        cells, neighbors = triangulate(located, w, threads)
     else:
-        from .hull import lower_hull as triangulate
-    cells, neighbors = triangulate(located, w)
+        from .hull import lower_hull
+
+        cells, neighbors = lower_hull(located, w)
     return RegularTriangulation(located, w, cells, neighbors, np.flatnonzero(~corners_of(cells, len(located))))

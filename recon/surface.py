@@ -278,11 +278,9 @@ class _Evidence:
         self.points, self.weights = triangulation.points[order] * unit, triangulation.weights[order] * unit * unit
         self.spacing = spacing = spacing[order] * unit
         m = len(triangulation.cells)
-        cells, neighbors, lowest = triangulation.cells, triangulation.neighbors, np.empty(m, np.int32)
-        nodes, links = np.empty((2, m + np.count_nonzero(neighbors < 0), 4), np.int32)
-        over_ranges(lambda *part: sides.lowest_ranks(cells, rank, *part, lowest), m, threads)
-        given = cells, neighbors, rank, sides.places(lowest, len(order))
-        over_ranges(lambda *part: sides.number_nodes(*given, *part, nodes, links), m, threads)
+        nodes, links = np.empty((2, m + np.count_nonzero(triangulation.neighbors < 0), 4), np.int32)
+        cells = triangulation.cells, triangulation.neighbors, rank
+        over_ranges(lambda *part: sides.number_nodes(*cells, *part, nodes, links), m, threads)
         sides.close_hull(nodes, links, m, len(order))
         over_ranges(lambda *part: sides.link_ghosts(nodes, links, m, len(order), *part), len(nodes) - m, threads)
         self.nodes, self.links, self.cells = nodes, links, nodes[:m]

@@ -120,8 +120,8 @@ def neighbors(points: ArrayLike | Neighborhood, k: int = RING, *, threads: int |
 
 def _distinct(points: NDArray) -> tuple[NDArray, NDArray[np.int64], NDArray[np.int64]]:
     """Distinct points along the curve, then by coordinates; the first row of each; which of them each row is."""
-    low, extent = spatial_sort.bounding_box(points)
-    order, keys = spatial_sort.sort_keys(curve_keys(points, low, extent or 1.0))
+    low, extents = spatial_sort.bounding_box(points)
+    order, keys = spatial_sort.sort_keys(curve_keys(points, low, extents.max() or 1.0))
     located = points[order]
     tied = keys[1:] == keys[:-1]
     if not tied.any():

@@ -9,7 +9,21 @@ from __future__ import annotations
 import numpy as np
 
 from .compile import kernel
-from .complex import CELL, DONE, FREE, FREE_COUNT, HINT, MORE_CAVITY, MORE_CELLS, NEXT, NONE, USED, VERTEX
+from .complex import (
+    CELL,
+    DONE,
+    FREE,
+    FREE_COUNT,
+    HINT,
+    LIMIT,
+    MORE_CAVITY,
+    MORE_CELLS,
+    NEXT,
+    NONE,
+    USED,
+    VERTEX,
+    WANTED,
+)
 from .predicates import orient2d, orient2d_filter, power2d_filter, power2d_perturbed
 
 
@@ -133,8 +147,9 @@ def insert2d(points, index, sequence, words, cavity, border, starting, state):
             hint = cell
             step += 1
             continue
-        if status == DONE and used + borders - count - free_count > words.size // 8:
+        if status == DONE and used + borders - count - free_count > state[LIMIT]:
             status = MORE_CELLS
+            state[WANTED] = borders
         if status != DONE:  # leave no mark behind
             for i in range(count):
                 words[cavity[i] & CELL] &= VERTEX

@@ -13,24 +13,44 @@ from __future__ import annotations
 import numpy as np
 
 from .compile import kernel
-from .complex import CELL, DONE, FREE, FREE_COUNT, HINT, MORE_CAVITY, MORE_CELLS, NEXT, NONE, STAMP, USED, VERTEX
+from .complex import (
+    CELL,
+    DONE,
+    FREE,
+    FREE_COUNT,
+    HINT,
+    LATER,
+    LIMIT,
+    MORE_CAVITY,
+    MORE_CELLS,
+    NEXT,
+    NONE,
+    STAMP,
+    USED,
+    VERTEX,
+    WANTED,
+)
 from .predicates import orient3d, orient3d_filter, power3d_filter, power3d_perturbed
 
 _HASH = np.uint64(0x9E3779B97F4A7C15)  # 2**64 over the golden ratio
 
 
 @kernel
-def insert3d(points, index, sequence, words, cavity, border, edge_key, edge_value, state):
+def insert3d(points, index, sequence, words, slab, cavity, border, edge_key, edge_value, state):
     """Insert sequence[state.next:] into a triangulation; a full buffer returns what to grow, and the call is repeated.
 
     points: x, y, z, w of each vertex, flat, the infinite vertex last. index: the input row of each, which breaks ties.
-    words: see `complex`. cavity, border, edge_key, edge_value: room for one insertion (`triangulate.scratch`).
+    words: see `complex`. cavity, border, edge_key, edge_value: room for one insertion (`recon.insertion._scratch`). slab: an axis
+    and limits. Cells with a vertex below the lower one, or from the upper one on, are left as they are: vertices in conflict with one
+    are moved to the front of the sequence, state.later of them.
     """
     infinite = np.uint32(index.size)
     hint, free, free_count = np.uint32(state[HINT]), np.uint32(state[FREE]), state[FREE_COUNT]
-    used, stamp = state[USED], np.uint64(state[STAMP])
+    used, limit, stamp = state[USED], state[LIMIT], np.uint64(state[STAMP])
+    axis, low, high = slab
+    bounded = low > -np.inf or high < np.inf
     status = DONE
-    step = state[NEXT]
+    step, later = state[NEXT], state[LATER]
     while step < sequence.size:
         e = sequence[step]
         ex, ey, ez, ew = points[4 * e], points[4 * e + 1], points[4 * e + 2], points[4 * e + 3]
@@ -76,6 +96,14 @@ def insert3d(points, index, sequence, words, cavity, border, edge_key, edge_valu
                     break
             if leave == 4:
                 break
+            if bounded:
+                foreign = True  # what lies beyond may have no vertex of ours
+                for slot in range(4):
+                    if slot != leave:
+                        x = points[4 * words[cell + slot] + axis]
+                        foreign = foreign and not (x >= low and x < high)
+                if foreign:
+                    break
             facet = words[cell + 4 + leave]
             cell = facet & CELL
             entry = np.int64(facet & 3)
@@ -88,8 +116,19 @@ def insert3d(points, index, sequence, words, cavity, border, edge_key, edge_valu
         facet = np.uint32(0)
         outer = cell
         first = words[cell]
-        while True:
+        blocked = leave < 4
+        while not blocked:
             va, vb, vc, vd = first, words[cell + 1], words[cell + 2], words[cell + 3]
+            shared = False
+            if bounded:  # no comparison holds for the infinite vertex
+                xa, xb, xc, xd = (
+                    points[4 * va + axis],
+                    points[4 * vb + axis],
+                    points[4 * vc + axis],
+                    points[4 * vd + axis],
+                )
+                shared = (xa < low) | (xb < low) | (xc < low) | (xd < low)
+                shared |= (xa >= high) | (xb >= high) | (xc >= high) | (xd >= high)
             ax, ay, az, aw = points[4 * va], points[4 * va + 1], points[4 * va + 2], points[4 * va + 3]
             bx, by, bz, bw = points[4 * vb], points[4 * vb + 1], points[4 * vb + 2], points[4 * vb + 3]
             cx, cy, cz, cw = points[4 * vc], points[4 * vc + 1], points[4 * vc + 2], points[4 * vc + 3]
@@ -122,7 +161,11 @@ def insert3d(points, index, sequence, words, cavity, border, edge_key, edge_valu
                         index[va], index[vb], index[vc], index[vd], index[e],
                     )  # fmt: skip
             is_free = 1 if s > 0 else 0
-            words[outer & CELL] = first | (np.uint32(2 - is_free) << np.uint32(30))
+            if not shared:  # else it has no marks, and is tested as often as it is met
+                words[outer & CELL] = first | (np.uint32(2 - is_free) << np.uint32(30))
+            elif is_free == 0:
+                blocked = True
+                break
             cavity[count] = outer
             count += 1 - is_free
             border[borders] = facet
@@ -146,19 +189,25 @@ def insert3d(points, index, sequence, words, cavity, border, edge_key, edge_valu
                 borders += np.int64(mark & 1)
             if i >= count:
                 break
-        if count == 0:  # e lies above the lower hull: hidden
+        if count == 0 and not blocked:  # e lies above the lower hull: hidden
             words[outer & CELL] &= VERTEX
             hint = cell
             step += 1
             continue
-        if status == DONE and used + borders - count - free_count > words.size // 8:
+        if status == DONE and not blocked and used + borders - count - free_count > limit:
             status = MORE_CELLS
-        if status != DONE:  # leave no mark behind
+            state[WANTED] = borders
+        if status != DONE or blocked:  # leave no mark behind
             for i in range(count):
                 words[cavity[i] & CELL] &= VERTEX
             for i in range(borders):
                 words[words[border[i] + 4] & CELL] &= VERTEX
-            break
+            if status != DONE:
+                break
+            sequence[later] = e
+            later += 1
+            step += 1
+            continue
         step += 1
 
         # Star: e and a border facet make a new cell, in the place of an old one while there are any. So the facets are
@@ -221,5 +270,5 @@ def insert3d(points, index, sequence, words, cavity, border, edge_key, edge_valu
         hint = border[4 * borders - 4]
 
     state[NEXT], state[HINT], state[FREE], state[FREE_COUNT] = step, hint, free, free_count
-    state[USED], state[STAMP] = used, stamp
+    state[USED], state[STAMP], state[LATER] = used, stamp, later
     return status

@@ -15,34 +15,11 @@ ROUNDING = 2.0**-50  # error of a determinant of order 3, in units of the sum of
 
 
 @kernel
-def lowest_ranks(cells, rank, first, last, lowest):
-    """Fill in the lowest rank among the vertices of each of a range of cells (m,)."""
-    for c in range(first, last):
-        lowest[c] = min(min(rank[cells[c, 0]], rank[cells[c, 1]]), min(rank[cells[c, 2]], rank[cells[c, 3]]))
-
-
-@kernel
-def places(lowest, n):
-    """Where cells come to lie when they are in the order of their lowest ranks, so that neighbours lie close together (m,)."""
-    place, first = np.empty(len(lowest), np.int32), np.zeros(n + 1, np.int32)
-    for v in lowest:
-        first[v + 1] += 1
-    for v in range(n):
-        first[v + 1] += first[v]
-    for c in range(len(lowest)):
-        place[c] = first[lowest[c]]
-        first[lowest[c]] += 1
-    return place
-
-
-@kernel
-def number_nodes(cells, neighbors, rank, place, first, last, nodes, links):
+def number_nodes(cells, neighbors, rank, first, last, nodes, links):
     """Fill in nodes (N, 4), vertices by rank (n,), and links (N, 4) for a range of the m cells; -1 on the hull."""
     for c in range(first, last):
-        x = place[c]
         for k in range(4):
-            nodes[x, k] = rank[cells[c, k]]
-            links[x, k] = place[neighbors[c, k]] if neighbors[c, k] >= 0 else -1
+            nodes[c, k], links[c, k] = rank[cells[c, k]], neighbors[c, k]
 
 
 @kernel

@@ -26,10 +26,13 @@ def hilbert_order(points: NDArray[np.float64]) -> NDArray[np.int64]:
     (n,) ndarray of int64
         Rows, ties in input order.
     """
-    low, extent = bounding_box(points)
-    if extent == 0.0:
+    low, extents = bounding_box(points)
+    if extents.max() == 0.0:
         return np.arange(len(points))
-    order, keys = sort_keys(hilbert_keys(points, low, extent))
+    axes = np.argsort(
+        -extents, kind="stable"
+    )  # the longest side is halved first: where stretches of the curve meet is small
+    order, keys = sort_keys(hilbert_keys(points, low, extents.max(), axes))
     for start, stop in crowds(keys):
         crowd = order[start:stop]
         order[start:stop] = crowd[hilbert_order(points[crowd])]
@@ -38,14 +41,14 @@ def hilbert_order(points: NDArray[np.float64]) -> NDArray[np.int64]:
 
 @kernel
 def bounding_box(points):
-    """Lower corner of the box of some points, and its longest side."""
-    low, extent = np.empty(points.shape[1]), 0.0
+    """Lower corner of the box of some points, and its sides."""
+    low, extents = np.empty(points.shape[1]), np.empty(points.shape[1])
     for k in range(points.shape[1]):
         lowest, highest = points[0, k], points[0, k]
         for i in range(points.shape[0]):
             lowest, highest = min(lowest, points[i, k]), max(highest, points[i, k])
-        low[k], extent = lowest, max(extent, highest - lowest)
-    return low, extent
+        low[k], extents[k] = lowest, highest - lowest
+    return low, extents
 
 
 @kernel
@@ -71,8 +74,8 @@ def spread(x):
 
 
 @kernel
-def hilbert_keys(points, low, extent):
-    """Distance along the curve, from three coordinates of BITS bits (Skilling 2004).
+def hilbert_keys(points, low, extent, axes):
+    """Distance along the curve, from three coordinates of BITS bits, in this order (Skilling 2004).
 
     Without branches, and bit by bit for many points, so that the compiler can use vectors.
     """
@@ -80,12 +83,13 @@ def hilbert_keys(points, low, extent):
     keys = np.empty(n, np.int64)
     x, y, z = np.empty(_BLOCK, np.int64), np.empty(_BLOCK, np.int64), np.empty(_BLOCK, np.int64)
     top = float((1 << BITS) - 1)
+    a, b, c = axes[0], axes[1], axes[2]
     for start in range(0, n, _BLOCK):
         size = min(_BLOCK, n - start)
         for i in range(size):
-            x[i] = np.int64((points[start + i, 0] - low[0]) / extent * top)
-            y[i] = np.int64((points[start + i, 1] - low[1]) / extent * top)
-            z[i] = np.int64((points[start + i, 2] - low[2]) / extent * top)
+            x[i] = np.int64((points[start + i, a] - low[a]) / extent * top)
+            y[i] = np.int64((points[start + i, b] - low[b]) / extent * top)
+            z[i] = np.int64((points[start + i, c] - low[c]) / extent * top)
         for bit in range(BITS - 1, 0, -1):
             lower = (1 << bit) - 1
             for i in range(size):
@@ -140,28 +144,21 @@ def sort_keys(keys):
     return order, keys
 
 
-@kernel
-def rounds(n, present):
+def rounds(n: int, present: NDArray[np.int64]) -> list[NDArray[np.uint32]]:
     """Order of insertion of 0 .. n-1, which lie along a curve: every 8**k-th of them, then every 8**(k-1)-th, ...
 
-    Without the few that are present already, ascending. Each round goes along the whole curve, so that a point is
+    Without the few that are present already. Each round goes along the whole curve, so that a point is
     inserted near the one before it, into a triangulation that is everywhere about as fine; as biased randomised
     insertion does (Amenta, Choi, Rote 2003).
     """
-    sequence = np.empty(n - present.size, np.uint32)
     stride = 1
     while stride * _FINER < n:
         stride *= _FINER
-    count = 0
-    coarsest = True
+    found, fresh = [], np.ones(n, bool)
+    fresh[present] = False
     while stride >= 1:
-        for i in range(0, n, stride):
-            fresh = coarsest or i & (_FINER * stride - 1) != 0
-            for k in range(present.size):
-                fresh = fresh and present[k] != i
-            if fresh:
-                sequence[count] = i
-                count += 1
-        coarsest = False
+        some = np.arange(0, n, stride, dtype=np.uint32)
+        found.append(some[fresh[::stride]])
+        fresh[::stride] = False
         stride //= _FINER
-    return sequence
+    return found

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._kernels import tiles as kernels
-from .._kernels.triangulate import span
+from .._kernels.span import span
 from ..alpha import AlphaComplex
 from ..boundary import Boundary
 from ..contracts import InvalidInput, as_points, as_weights
@@ -68,7 +68,7 @@ def tiled_boundary(
         raise InvalidInput("alpha: expected a number, got NaN")
     spanned = span(located) if d == 3 and tiles > 1 else None
     if spanned is None or spanned[0] < 3:
-        return AlphaComplex(regular_triangulation(located, w)).boundary(alpha)
+        return AlphaComplex(regular_triangulation(located, w, threads=threads)).boundary(alpha)
     extra = np.sort(spanned[1])  # in every tile: else its points might span less, and be triangulated in their flat
     squares = w + alpha
     radii = np.where(squares >= 0.0, np.sqrt(np.maximum(squares, 0.0)), -1.0)
@@ -79,7 +79,7 @@ def tiled_boundary(
         if largest < 0.0:
             return Boundary(np.empty((0, d), np.int32), np.empty(0, bool))
         rows = kernels.within_reach(located, radii, low, high, largest, extra)
-        found = AlphaComplex(regular_triangulation(located[rows], w[rows])).boundary(alpha)
+        found = AlphaComplex(regular_triangulation(located[rows], w[rows], threads=1)).boundary(alpha)
         facets = rows.astype(np.int32)[found.facets]
         ours = tile_of[facets[:, 0]] == tile
         return Boundary(facets[ours], found.singular[ours])
