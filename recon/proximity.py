@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 from ._kernels import distance as kernels
 from .boxes import box_tree, morton
 from .contracts import DegenerateInput
+from .threads import workers
 
 _CHUNK = 1 << 14  # queries a task; fixed, so that the number of threads changes nothing
 
@@ -171,5 +171,5 @@ def _run(task: Callable[[NDArray[np.int64]], None], points: NDArray[np.float64])
     if len(chunks) == 1:
         task(order)
         return
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
+    with ThreadPoolExecutor(workers(None)) as pool:
         list(pool.map(task, chunks))

@@ -115,7 +115,7 @@ def label_surface(
 
     Notes
     -----
-    O(m log m) for m cells. The forest follows Kruskal's algorithm with parities. Where no evidence is passed over, the closed surface
+    O(m log m) for m cells. The forest is that of Kruskal's algorithm with parities. Where no evidence is passed over, the closed surface
     separates the cells as lexicographically minimal cuts do (Cohen-Steiner, Lieutier & Vuillamy 2020): its widest gate is
     the narrowest possible, and so on down.
     """

@@ -15,9 +15,9 @@ _MOST = 1024  # threads; more are not started, whatever is asked for
 
 
 def workers(threads: int | None) -> int:
-    """Number of threads: all where none is asked for."""
+    """Number of threads: one for each processor that the process may use, where none is asked for."""
     if threads is None:
-        return os.cpu_count() or 1
+        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return min(as_whole(threads, "threads", 1), _MOST)
 
 

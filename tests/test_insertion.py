@@ -6,7 +6,6 @@ import pytest
 import datasets_synthetic
 import recon
 from recon import insertion
-from recon._kernels.complex import sort_hub
 
 
 def same(a: recon.RegularTriangulation, b: recon.RegularTriangulation) -> None:
@@ -104,13 +103,15 @@ def test_cells_are_positive_and_neighbours_opposite(d):
                 assert set(np.delete(found.cells[c], k)) < set(found.cells[o])
 
 
-def test_many_cells_around_a_hub_are_sorted_the_same_way():
-    rng = np.random.default_rng(4)
-    keys = rng.permutation(np.repeat(np.arange(50), 2)).astype(np.uint64)
-    most = rng.permutation(100).astype(np.uint64)
-    rank = np.empty(100, np.int64)
-    sort_hub(keys, most, rank)
-    np.testing.assert_array_equal(np.argsort(rank), np.lexsort((most, keys)))
+def test_cells_come_in_the_order_of_their_vertices_along_the_curve():
+    for points, weights in clouds().values():
+        rank = np.empty(len(points), np.int64)
+        rank[insertion.hilbert_order(points)] = np.arange(len(points))
+        cells = rank[recon.regular_triangulation(points, weights).cells]
+        assert (cells[:, 0] < cells[:, 1]).all() and (cells[:, 1] < cells[:, 2:].min(axis=1)).all()
+        first, second, third = np.sort(cells, axis=1)[:, :3].T
+        odd = cells[:, 2] > cells[:, 3]  # on which hand of these
+        np.testing.assert_array_equal(np.lexsort((odd, third, second, first)), np.arange(len(cells)))
 
 
 def test_a_bad_number_of_threads_is_refused():

@@ -340,7 +340,7 @@ def test_utm_coordinates_cost_nothing():
 def test_same_seed_same_values_on_any_number_of_threads(monkeypatch):
     mesh = Mesh.from_arrays(*icosphere(3))
     first = measure(mesh, Sphere(), samples=40_000, seed=5)
-    monkeypatch.setattr("os.cpu_count", lambda: 1)
+    monkeypatch.setattr("recon.proximity.workers", lambda threads: 1)
     assert measure(mesh, Sphere(), samples=40_000, seed=5) == first
     assert measure(mesh, Sphere(), samples=40_000, seed=6) != first
 

@@ -95,18 +95,6 @@ def by_lowest(words, taken, width, infinite):
 
 
 @kernel
-def sort_hub(keys, most, rank):
-    """Ranks of the many cells around a hub: by key, no more than two of which are the same, then by the highest vertex."""
-    order = np.argsort(keys)
-    for i in range(len(order)):
-        rank[order[i]] = i
-    for i in range(1, len(order)):
-        one, two = order[i - 1], order[i]
-        if keys[one] == keys[two] and most[one] > most[two]:
-            rank[one], rank[two] = i, i - 1
-
-
-@kernel
 def in_order(words, width, starts, at, index, first, last, place, cells, neighbors):
     """Fill in the cells of a range of lowest vertices, sorted by their vertices, and their places; `neighbors` as they are in `words`.
 
@@ -116,8 +104,7 @@ def in_order(words, width, starts, at, index, first, last, place, cells, neighbo
     for v in range(first, last):
         size = max(size, starts[v + 1] - starts[v])
     corner, beside = np.empty((4, size), np.uint32), np.empty((4, size), np.uint32)
-    row, keys, most = np.empty((4, size), np.uint64), np.empty(size, np.uint64), np.empty(size, np.uint64)
-    rank = np.empty(size, np.int64)
+    row, keys, rank = np.empty((4, size), np.uint64), np.empty(size, np.int64), np.empty(size, np.int64)
     upper, lower, last_of_all = np.uint64(32), np.uint64(0xFFFFFFFF), np.uint64(0xFFFFFFFFFFFFFFFF)
     stop = first
     while stop < last:
@@ -142,21 +129,22 @@ def in_order(words, width, starts, at, index, first, last, place, cells, neighbo
             a, c, b, d = min(a, c), max(a, c), min(b, d), max(b, d)
             odd ^= b > c
             b, c = min(b, c), max(b, c)
-            keys[i] = (b >> upper) << upper | (c >> upper)
-            most[i] = d >> upper
+            # two cells that share their three lowest vertices lie on either hand of these
+            keys[i] = np.int64(b >> upper) << 32 | np.int64(c >> upper) << 1 | odd
             if odd:
                 b, c, d = (c, b, d) if width == 3 else (b, d, c)
             row[0, i], row[1, i], row[2, i], row[3, i] = a, b, c, d
         for u in range(v, stop):
             low, high = starts[u] - start, starts[u + 1] - start
             if high - low > _HUB:
-                sort_hub(keys[low:high], most[low:high], rank[low:high])
-                rank[low:high] += low
+                order = np.argsort(keys[low:high])
+                for i in range(high - low):
+                    rank[low + order[i]] = low + i
                 continue
             for i in range(low, high):
-                below = low
+                key, below = keys[i], low
                 for other in range(low, high):  # without a branch, which nobody could predict
-                    below += (keys[other] < keys[i]) | ((keys[other] == keys[i]) & (most[other] < most[i]))
+                    below += keys[other] < key
                 rank[i] = below
         for i in range(count):
             x = start + rank[i]
