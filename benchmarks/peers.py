@@ -111,8 +111,9 @@ def outward(points: Array, faces: NDArray) -> NDArray:
 
 def one_spacing(points: Array, near: float) -> Iterator[recon.Mesh]:
     """The steps of `recon.reconstruct` where nothing knows of local density: equal weights, and one spacing for all, of four."""
+    from recon.mesh import compact_mesh
     from recon.postprocess import remove_islands, split_pinches
-    from recon.surface import compact_mesh, label_surface
+    from recon.surface import label_surface
 
     triangulation = recon.regular_triangulation(points)
     for factor in FACTORS[::3]:

@@ -22,7 +22,7 @@ _PUBLIC = {
     "PowerDiagram": "power",
     "space_filling_diagram": "spacefill",
     "SpaceFillingDiagram": "spacefill",
-    "alpha_shape": "surface",
+    "alpha_shape": "exposed",
     "measure": "metrics",
     "Metric": "metrics",
     "certify": "certificates",

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .contracts import InvalidInput, as_points, check_kind, shown
+from .topology import agreeing, patches
 
 if TYPE_CHECKING:
     import meshio  # type: ignore[import-untyped]
@@ -178,3 +179,30 @@ class Mesh:
         from .stages import convert
 
         return convert.from_pymeshlab(mesh, attributes)
+
+
+def compact_mesh(points: NDArray[np.float64], faces: NDArray, attributes: dict[str, NDArray] | None = None) -> Mesh:
+    """Keep the points that faces use, in input order; `vertex_source` says which they were.
+
+    Parameters
+    ----------
+    points : (n, 3) ndarray of float64 [L]
+    faces : (f, 3) ndarray of int
+        Rows of `points`.
+    attributes : dict of str to (n, ...) ndarray, optional
+    """
+    used = np.zeros(len(points), bool)
+    used[faces.ravel()] = True
+    source = np.flatnonzero(used)
+    number = np.cumsum(used) - 1
+    carried = {key: np.asarray(value)[source] for key, value in (attributes or {}).items()}
+    return Mesh.from_arrays(points[source], number[faces].astype(np.int32), source, carried)
+
+
+def turned(points: NDArray[np.float64], faces: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Faces turned to agree with their neighbours, patches of positive volume."""
+    faces = agreeing(faces)
+    patch = patches(faces)
+    a, b, c = np.moveaxis((points - points.mean(axis=0))[faces], 1, 0)
+    volume = np.bincount(patch, np.einsum("ij,ij->i", a, np.cross(b, c)))
+    return np.where(volume[patch][:, None] < 0, faces[:, ::-1], faces)

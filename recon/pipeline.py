@@ -23,12 +23,12 @@ from .contracts import (
     check_kind,
     shown,
 )
-from .mesh import Mesh
+from .mesh import Mesh, compact_mesh
 from .postprocess import remove_islands, split_pinches
 from .regular import RegularTriangulation, regular_triangulation
 from .report import Report
 from .samples import Samples, clean_samples
-from .surface import Surface, compact_mesh, label_surface
+from .surface import Surface, label_surface
 from .threads import workers
 from .topology import Topology, topology
 

@@ -10,22 +10,19 @@ search gives every sample exactly one umbrella of facets. At the end edges are f
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from .between import facets_between
-from .contracts import DegenerateInput, InvalidInput, as_number, as_points
-from .mesh import Mesh
+from .contracts import DegenerateInput, InvalidInput
+from .mesh import turned
 from .pinholes import PINHOLE, pinholes
 from .regular import OUTWARD, RegularTriangulation
 from .repair import flip_edges, repair
 from .threads import over_ranges, together
-from .topology import agreeing, patches, topology
-
-if TYPE_CHECKING:
-    from .alpha import AlphaComplex
+from .topology import topology
 
 Kind = Literal["auto", "closed", "open"]
 Pieces = tuple[int, NDArray[np.int32], NDArray[np.int64], NDArray[np.int32]]
@@ -161,104 +158,6 @@ def label_surface(
     return sheet(f"{walls:.0%} of the closed surface would be walls, facets wider than a sheet's", sure)
 
 
-def alpha_shape(points: ArrayLike, radius: float) -> Mesh:
-    """Take the boundary of the (unweighted) alpha shape: every facet that an empty ball of this radius exposes.
-
-    Parameters
-    ----------
-    points : (n, 3) array_like of float [L]
-    radius : float [L]
-        alpha = radius^2.
-
-    Returns
-    -------
-    Mesh
-        Regular facets outward. Singular facets (exposed from both sides, no interior) agree with their neighbours, and
-        outward where they close.
-
-    Raises
-    ------
-    InvalidInput
-        Malformed points, or a radius that is no number, negative or NaN.
-    DegenerateInput
-        All points on a line or in one spot. Points in one plane give the triangles of their alpha complex.
-
-    Examples
-    --------
-    >>> alpha_shape([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], radius=2.0)
-    Mesh(4 vertices, 4 faces)
-    """
-    from .alpha import alpha_complex
-
-    located = as_points(points, 3)
-    radius = as_number(radius, "radius", "a non-negative length")
-    if not radius >= 0:
-        raise InvalidInput(f"radius: expected a non-negative length, got {radius}")
-    return compact_mesh(located, exposed_faces(alpha_complex(located), min(radius, 1e154) ** 2))  # beyond: all of R
-
-
-def exposed_faces(family: AlphaComplex, alpha: float) -> NDArray[np.int64]:
-    """Give the triangles of the boundary of an alpha complex in space (f, 3), input rows.
-
-    Regular ones outward; singular ones agree with their neighbours, outward where they close. In a plane all are singular,
-    and face the same way.
-
-    Parameters
-    ----------
-    family : AlphaComplex
-        Of points in 3-D.
-    alpha : float [L^2]
-
-    Raises
-    ------
-    DegenerateInput
-        All points on a line or in one spot.
-    """
-    from .alpha import EXTERIOR
-
-    points = family.triangulation.points
-    if family.dimension < 2:
-        where = ("in one spot", "on a line")[family.dimension]
-        raise DegenerateInput(f"points: all lie {where}; a surface needs points that span a plane or more")
-    if family.dimension == 2:
-        faces = family.simplices(2)[family.classify(2, alpha) != EXTERIOR].astype(np.int64)
-        a, b, c = np.moveaxis(points[faces], 1, 0)
-        normals = np.cross(b - a, c - a)
-        axis = np.argmax(np.abs(normals).sum(axis=0))
-        return np.where(normals[:, axis, None] < 0, faces[:, ::-1], faces)
-    boundary = family.boundary(alpha)
-    faces = boundary.facets.astype(np.int64)
-    faces[boundary.singular] = _turned(points, faces[boundary.singular])
-    return faces
-
-
-def _turned(points: NDArray[np.float64], faces: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Faces turned to agree with their neighbours, patches of positive volume."""
-    faces = agreeing(faces)
-    patch = patches(faces)
-    a, b, c = np.moveaxis((points - points.mean(axis=0))[faces], 1, 0)
-    volume = np.bincount(patch, np.einsum("ij,ij->i", a, np.cross(b, c)))
-    return np.where(volume[patch][:, None] < 0, faces[:, ::-1], faces)
-
-
-def compact_mesh(points: NDArray[np.float64], faces: NDArray, attributes: dict[str, NDArray] | None = None) -> Mesh:
-    """Keep the points that faces use, in input order; `vertex_source` says which they were.
-
-    Parameters
-    ----------
-    points : (n, 3) ndarray of float64 [L]
-    faces : (f, 3) ndarray of int
-        Rows of `points`.
-    attributes : dict of str to (n, ...) ndarray, optional
-    """
-    used = np.zeros(len(points), bool)
-    used[faces.ravel()] = True
-    source = np.flatnonzero(used)
-    number = np.cumsum(used) - 1
-    carried = {key: np.asarray(value)[source] for key, value in (attributes or {}).items()}
-    return Mesh.from_arrays(points[source], number[faces].astype(np.int32), source, carried)
-
-
 class _Evidence:
     """Nodes (cells and ghosts), gates and poles of one triangulation, shared by the closed and the open reading.
 
@@ -391,7 +290,7 @@ class _Evidence:
         facets = facets[self.gate.ravel()[facets] <= OPEN_GATE]
         cloud, walls = (self.points, self.spacing), (self.nodes, self.gate, *self.stars)
         facets = np.append(facets, pinholes(cloud, walls, self.faces(facets).astype(np.int64)))
-        faces = _turned(self.points, self.faces(facets).astype(np.int64)).astype(np.int32)
+        faces = turned(self.points, self.faces(facets).astype(np.int64)).astype(np.int32)
         n = len(self.points)
         buried = int((corners_of(self.cells, n) & ~corners_of(faces, n)).sum())
         kind = "closed" if topology(faces).closed else "open"

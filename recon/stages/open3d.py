@@ -96,7 +96,8 @@ def create_from_point_cloud_alpha_shape(pcd: Any, alpha: float, tetra_mesh: Any 
         All points on a line or in one spot.
     """
     from ..alpha import alpha_complex
-    from ..surface import compact_mesh, exposed_faces
+    from ..exposed import exposed_faces
+    from ..mesh import compact_mesh
 
     del tetra_mesh, pt_map
     radius = as_number(alpha, "alpha", "a non-negative radius")

@@ -38,7 +38,7 @@ class AlphaShapes:
 
     def parts(self, place: int) -> tuple[Mesh, Mesh]:
         """Give the regular facets, which bound a solid, and the singular ones, at ``alphas[place]``."""
-        from ..surface import compact_mesh
+        from ..mesh import compact_mesh
 
         place = as_whole(place, "place", 0)
         if place >= len(self.alphas):
