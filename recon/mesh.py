@@ -194,9 +194,9 @@ def compact_mesh(points: NDArray[np.float64], faces: NDArray, attributes: dict[s
     used = np.zeros(len(points), bool)
     used[faces.ravel()] = True
     source = np.flatnonzero(used)
-    number = np.cumsum(used) - 1
+    number = np.cumsum(used, dtype=np.int32) - np.int32(1)
     carried = {key: np.asarray(value)[source] for key, value in (attributes or {}).items()}
-    return Mesh.from_arrays(points[source], number[faces].astype(np.int32), source, carried)
+    return Mesh.from_arrays(points[source], number[faces], source, carried)
 
 
 def turned(points: NDArray[np.float64], faces: NDArray[np.int64]) -> NDArray[np.int64]:

@@ -89,7 +89,7 @@ def regular_triangulation(
     located = as_points(points)
     w = as_weights(weights, len(located))
     workers(threads)  # refuses what is no number of threads
-    from ._kernels.complex import corners_of  # imported here, as numba takes a while to load
+    from ._kernels.complex import used_vertices  # imported here, as numba takes a while to load
 
     if located.shape[1] <= 3:
         from .insertion import triangulate
@@ -99,4 +99,4 @@ def regular_triangulation(
         from .hull import lower_hull
 
         cells, neighbors = lower_hull(located, w)
-    return RegularTriangulation(located, w, cells, neighbors, np.flatnonzero(~corners_of(cells, len(located))))
+    return RegularTriangulation(located, w, cells, neighbors, np.flatnonzero(~used_vertices(cells, len(located))))

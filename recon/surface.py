@@ -282,7 +282,7 @@ class _Evidence:
 
     def open(self, reason: str, confidence: float) -> Surface:
         """The facets between one hand and the other that are no wider than a sheet's."""
-        from ._kernels.complex import corners_of
+        from ._kernels.complex import used_vertices
 
         sides, passed = self.open_sides()
         excess = self.repair(sides, self.between(sides), self.pieces(sides), OPEN_GATE)
@@ -292,7 +292,7 @@ class _Evidence:
         facets = np.append(facets, pinholes(cloud, walls, self.faces(facets).astype(np.int64)))
         faces = turned(self.points, self.faces(facets).astype(np.int64)).astype(np.int32)
         n = len(self.points)
-        buried = int((corners_of(self.cells, n) & ~corners_of(faces, n)).sum())
+        buried = int((used_vertices(self.cells, n) & ~used_vertices(faces, n)).sum())
         kind = "closed" if topology(faces).closed else "open"
         bridged = self.leak.ravel()[facets]
         return Surface(

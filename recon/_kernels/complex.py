@@ -164,7 +164,7 @@ def name_cells(place, neighbors, first, last):
 
 
 @kernel
-def corners_of(simplices, n):
+def used_vertices(simplices, n):
     """Which of n vertices are corners of simplices (n,)?"""
     found = np.zeros(n, np.bool_)
     for i in range(simplices.shape[0]):
