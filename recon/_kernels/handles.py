@@ -5,21 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from .compile import kernel
-from .repair import TOPOLOGY, WALL, flip
+from .repair import TOPOLOGY, WALL, flip, word
 from .union import root
 
 STEPS = 120  # flips from a plug on, at most,
 HOPELESS = 12.0  # and energy above the best at which it is given up
 PLUG = 2  # corners on the loop of the nodes that are flipped first
-
-
-@kernel
-def word(x):
-    """64 bits that look random, of a number from 0 on (splitmix64)."""
-    z = np.uint64(x + 1) * np.uint64(0x9E3779B97F4A7C15)
-    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    return z ^ (z >> np.uint64(31))
 
 
 @kernel

@@ -34,6 +34,15 @@ WIDEST, STEEPEST, NARROWEST = -1.0, 0.0, 1.0  # order in which a move takes node
 
 
 @kernel
+def word(x):
+    """64 bits that look random, of a number from 0 on (splitmix64)."""
+    z = np.uint64(x + 1) * np.uint64(0x9E3779B97F4A7C15)
+    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    return z ^ (z >> np.uint64(31))
+
+
+@kernel
 def beside_surface(links, gate, sides, x):
     """Whether the surface passes by node x, and no gate to a node of its side is wide."""
     beside = False
@@ -297,8 +306,17 @@ def thin_spots(nodes, links, gate, sides, first, last, thin):
 
 
 @kernel
-def search(ground, sides, pole, anti, widest, rounds, thin, blank, excess, component, size, queue, count):
+def another(turn, v):
+    """A number that looks random, the same in every run; 0 at turn 0."""
+    return np.int64(word(v * 64 + turn) >> np.uint64(2)) if turn > 0 else np.int64(0)
+
+
+@kernel
+def search(ground, sides, pole, anti, widest, rounds, turn, thin, blank, excess, component, size, queue, count):
     """Improve `sides` in place, move by move; returns the number of moves, and of components ever numbered.
+
+    What is tried first is kept, so each `turn` goes another way: 0 along the curve, odd ones back, around each sample and through the
+    cells from another one on.
 
     `ground` is what stays as it is, see `move`; `excess`, `component` and `size` are kept up to date (`umbrellas`, `components`),
     `thin` (m,) is what `thin_spots` says of the sides as they were, `blank` (3, N) int64 all zero: pages never touched cost nothing.
@@ -320,7 +338,8 @@ def search(ground, sides, pole, anti, widest, rounds, thin, blank, excess, compo
         if state[1] > N // 2:  # numbers of components that are no more
             state[1] = number_components(links, sides, component, size)
         gained = 0.0
-        for v in range(n):
+        for j in range(n):
+            v = n - 1 - j if turn & 1 else j
             if starts[v] == starts[v + 1] or excess[v] == 0 or tried[v] >= stirred[v]:
                 continue
             reach = np.int64(REACH_BURIED * min(1.0, (CROWDED / (starts[v + 1] - starts[v])) ** 2))
@@ -330,13 +349,16 @@ def search(ground, sides, pole, anti, widest, rounds, thin, blank, excess, compo
                         ground, scratch, widest, sides, work, np.int64(seed), reach, HOPELESS_BURIED, WIDEST
                     )  # fmt: skip
             if excess[v] != 0 and starts[v + 1] - starts[v] <= CROWDED:
-                for i in range(starts[v], starts[v + 1]):
-                    if excess[v] != 0 and star[i] < m and state[1] < N - 64:
+                for i in range(starts[v + 1] - starts[v]):
+                    x = star[starts[v] + (i + another(turn, v)) % (starts[v + 1] - starts[v])]
+                    if excess[v] != 0 and x < m and state[1] < N - 64:
                         gained += move(
-                            ground, scratch, widest, sides, work, np.int64(star[i]), np.int64(REACH_PINCH), HOPELESS, WIDEST
+                            ground, scratch, widest, sides, work, np.int64(x), np.int64(REACH_PINCH), HOPELESS, WIDEST
                         )  # fmt: skip
             tried[v] = state[2]
-        for x in range(m if sealed else 0):
+        for j in range(m if sealed else 0):
+            x = (m - 1 - j if turn & 1 else j) + another(turn, 0) % m
+            x = x - m if x >= m else x
             # a handle is cut through facets no wider than those of the surface
             latest = np.int64(0)
             for k in range(4):
@@ -368,6 +390,16 @@ def search(ground, sides, pole, anti, widest, rounds, thin, blank, excess, compo
         if gained > -1e-9:
             break
     return state[2], state[1]
+
+
+@kernel
+def walls(points, spacing, nodes, facets):
+    """Energy of surface facets, as 4 * cell + corner."""
+    total = 0.0
+    for facet in facets:
+        x, k = facet >> 2, facet & 3
+        total += wall(points, spacing, nodes[x, (k + 1) & 3], nodes[x, (k + 2) & 3], nodes[x, (k + 3) & 3])
+    return total
 
 
 @kernel
