@@ -15,6 +15,7 @@ ROUNDS = 6  # of moves; it mostly ends after 3
 # The search keeps what it finds first. So where samples are few, and each counts, it is made in several orders: as many as
 # make SMALL samples together, and the outcome of least energy is kept.
 TURNS, SMALL = 8, 50_000
+MENDED = 1 / 10  # moves a sample: where it takes more, samples do not show the surface, and least energy says little
 
 
 def repair(
@@ -69,7 +70,7 @@ def repair(
         return _energy(ground, mended, found), mended, found, moves
 
     best = attempt(0)
-    if best[3] > 0:
+    if 0 < best[3] <= MENDED * n:
         attempts = over_ranges(lambda a, b: [attempt(turn + 1) for turn in range(a, b)], turns - 1, threads, 1)
         best = min([best, *(one for some in attempts for one in some)], key=lambda one: one[0])
     sides[:] = best[1]
