@@ -24,11 +24,11 @@ def mended(points: np.ndarray, threads: int = 1) -> tuple[float, np.ndarray, np.
 @pytest.fixture(scope="module")
 def part() -> np.ndarray:
     """A few places to mend."""
-    return datasets_synthetic.surface("csg_part").sample(700, rng=1).points
+    return datasets_synthetic.surface("csg_part").sample(1200, rng=1).points
 
 
 def test_the_outcome_of_least_energy_is_kept(monkeypatch):
-    clouds = [datasets_synthetic.surface("csg_part").sample(500, rng=seed).points for seed in range(4)]
+    clouds = [datasets_synthetic.surface("csg_part").sample(1200, rng=seed).points for seed in range(4)]
     several = np.array([mended(points)[0] for points in clouds])
     monkeypatch.setattr(repair, "TURNS", 1)
     once = np.array([mended(points)[0] for points in clouds])
