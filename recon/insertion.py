@@ -30,6 +30,7 @@ from ._kernels.complex import (
     in_order,
     name_cells,
     put_aside,
+    room,
     start_in,
 )
 from ._kernels.regular1d import lower_chain
@@ -204,7 +205,7 @@ class _Insertion:
             put_aside(self.words, hand.state)
         width = self.d + 1
         starts, at = by_lowest(self.words, self.taken, width, self.n)
-        place, (cells, neighbors) = np.full(self.taken, NONE), np.empty((2, len(at), width), np.uint32)
+        place, (cells, neighbors) = np.full(self.taken, NONE), room(len(at), width)
         ground = self.words, width, starts, at, self.index
         over_ranges(lambda *part: in_order(*ground, *part, place, cells, neighbors), self.n, threads)
         over_ranges(lambda *part: name_cells(place, neighbors, *part), len(at), threads)

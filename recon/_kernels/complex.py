@@ -71,6 +71,12 @@ def start_in(words, taken, points, slab, vertex):
 
 
 @kernel
+def room(m, width):
+    """Arrays (m, width) for vertices and neighbours of cells. Made here, their memory comes page by page as it is used."""
+    return np.empty((m, width), np.uint32), np.empty((m, width), np.uint32)
+
+
+@kernel
 def by_lowest(words, taken, width, infinite):
     """All finite cells `at` by their lowest vertex: those of vertex v are at[starts[v] : starts[v + 1]]."""
     lowest, starts = np.empty(taken, np.uint32), np.zeros(infinite + 2, np.int64)
