@@ -23,6 +23,7 @@ from ._kernels.complex import (
     MORE_CAVITY,
     NEXT,
     NONE,
+    STATE,
     USED,
     WANTED,
     by_lowest,
@@ -120,7 +121,7 @@ class _Hand:
     """What a thread needs to insert vertices: its state, and room for one insertion."""
 
     def __init__(self, d: int, n: int):
-        self.state = np.zeros(9, np.int64)
+        self.state = np.zeros(STATE, np.int64)
         self.room = _scratch(d, n, 256)
 
 

@@ -107,15 +107,14 @@ def _search(
 
 def _energy(ground: tuple[NDArray, ...], sides: NDArray[np.int8], excess: NDArray[np.int32]) -> float:
     """What the search lowers, of a closed surface."""
-    from ._kernels import components, forest
-    from ._kernels import repair as kernels
+    from ._kernels import components, energy, forest
 
     points, spacing, nodes, links, gate = ground[:5]
     facets = facets_between(links, sides, len(gate), 1)
     euler = topology(forest.corners_of(nodes, facets, OUTWARD), threads=1).euler
-    samples = kernels.BURIED * (excess < 0).sum() + kernels.PINCH * excess[excess > 0].sum()
-    handles = kernels.TOPOLOGY * (2 * components.count_components(links, sides) - euler / 2)
-    return float(samples + handles + kernels.walls(points, spacing, nodes, facets))
+    samples = energy.BURIED * (excess < 0).sum() + energy.PINCH * excess[excess > 0].sum()
+    handles = energy.TOPOLOGY * (2 * components.count_components(links, sides) - euler / 2)
+    return float(samples + handles + energy.walls(points, spacing, nodes, facets))
 
 
 def flip_edges(

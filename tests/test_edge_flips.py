@@ -7,7 +7,7 @@ import datasets_synthetic
 import recon
 import weighting
 from recon._kernels.edge_flips import SLIGHT
-from recon._kernels.repair import RADIUS_CAP, WALL
+from recon._kernels.energy import RADIUS_CAP, WALL
 from recon.surface import label_surface
 from recon.topology import topology
 

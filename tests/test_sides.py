@@ -6,7 +6,7 @@ import pytest
 
 import recon
 import weighting
-from recon._kernels import components, forest, repair, sides, umbrellas
+from recon._kernels import components, energy, forest, sides, umbrellas
 from recon.repair import repair as mend
 from recon.topology import topology
 
@@ -179,7 +179,7 @@ def test_first_trees_are_part_of_the_forest(seed, steps):
     assert passed == as_many and few < all_facets / 2
 
 
-def energy(points, spacing, nodes, links, side):
+def energy_of(points, spacing, nodes, links, side):
     """The energy of a labelling by its definition, and the excess of every sample."""
     n = len(points)
     total = 0.0
@@ -187,7 +187,7 @@ def energy(points, spacing, nodes, links, side):
         for k in range(4):
             y = links[x, k]
             if x < y and side[x] != side[y]:
-                total += repair.wall.py_func(points, spacing, *np.delete(nodes[x], k))
+                total += energy.wall.py_func(points, spacing, *np.delete(nodes[x], k))
     excess = np.zeros(n, int)
     pieces = networkx.Graph()
     pieces.add_nodes_from(range(len(nodes)))
@@ -211,10 +211,10 @@ def energy(points, spacing, nodes, links, side):
         parts = list(networkx.connected_components(graph))
         seen = {int(side[next(iter(p))]) for p in parts}
         excess[v] = -1 if len(seen) < 2 else len(parts) - 2
-        total += repair.BURIED if len(seen) < 2 else repair.PINCH * (len(parts) - 2)
+        total += energy.BURIED if len(seen) < 2 else energy.PINCH * (len(parts) - 2)
     components = networkx.number_connected_components(pieces)
     chi = topology(np.array(faces)).euler if faces else 0
-    return total + repair.TOPOLOGY * (2 * components - chi / 2), excess
+    return total + energy.TOPOLOGY * (2 * components - chi / 2), excess
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -226,15 +226,15 @@ def test_repair_never_raises_the_energy_and_says_what_is_left(seed):
     side, _ = forest.signed_forest(links, m, facets, keys, pole, anti, trust, parent)
     rng = np.random.default_rng(seed)
     side[:m] ^= rng.random(m) < 0.1  # damage to mend
-    before, _ = energy(points, spacing, nodes, links, side)
+    before, _ = energy_of(points, spacing, nodes, links, side)
     parts = np.empty(N, np.int32), np.empty(N + 1, np.int64), np.empty(N, np.int32)
     pieces = components.number_components(links, side, *parts[:2]), *parts
     ground = points, spacing, nodes, links, gate, *umbrellas.star_lists(nodes, n)
     facets = forest.facets_between(links, side, m, 0, m)
     excess, moves = mend(ground, side, (pole, anti, trust), facets, pieces, np.inf, 1 + seed % 2)
-    after, expected = energy(points, spacing, nodes, links, side)
+    after, expected = energy_of(points, spacing, nodes, links, side)
     np.testing.assert_array_equal(excess, expected)
     assert moves > 0
     # absorbing islands at the end may bury samples: an energy of their own
-    assert after <= before + (excess < 0).sum() * repair.BURIED + 4 * repair.TOPOLOGY
+    assert after <= before + (excess < 0).sum() * energy.BURIED + 4 * energy.TOPOLOGY
     assert (side[m:] == 0).all()

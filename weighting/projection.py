@@ -24,9 +24,9 @@ SLACK = 3.0  # standard deviations by which the misfit of a fit may exceed the n
 MOST = 5.0  # standard deviations of noise from a fit that a sample may be moved
 STRONG = 0.25  # noise [spacings] from which on planes need more samples
 LOOKED_AT = 4096  # samples from which the noise level is taken
-HEAVY = 256  # fits that are worth a thread
 STRETCH = 256  # of those, next to each other, that a level is taken from
 CENTERS = 4  # one of those in so many is the middle of a stretch
+HEAVY = 256  # fits that are worth a thread
 # The lower quartile of chi^2 over its degrees of freedom, for the 12 - 6 and the 25 - 6 of the two smallest fits. The
 # quartile, and not the median, so that up to three quarters of a stretch may lie on edges.
 QUARTILES = 0.576, 0.766

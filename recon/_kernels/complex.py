@@ -22,7 +22,8 @@ _HUB = 32  # cells that have the same lowest vertex: more are sorted another way
 DONE, MORE_CELLS, MORE_CAVITY = range(3)  # what an insertion kernel returns
 # Its state, which outlives a return for more room: position in the sequence, cell to walk from, first deleted cell and
 # their number; next unused cell, end of those, and how many would do; insertions so far; vertices left for later.
-NEXT, HINT, FREE, FREE_COUNT, USED, LIMIT, WANTED, STAMP, LATER = range(9)
+STATE = 9
+NEXT, HINT, FREE, FREE_COUNT, USED, LIMIT, WANTED, STAMP, LATER = range(STATE)
 
 
 def first_cells(d: int, simplex: NDArray[np.int64], infinite: int) -> NDArray[np.uint32]:

@@ -13,7 +13,7 @@ import math
 import numpy as np
 
 from .compile import kernel
-from .repair import WALL, edge_facets, narrow, onward, wall
+from .energy import WALL, edge_facets, narrow, onward, wall
 
 SLIGHT = WALL  # gain that is none: what the wall of one facet with a radius of one spacing costs
 LIKELY = 1 / 3  # share of what the facets of a cell are turned by that a flip may gain at the edges around: seldom more

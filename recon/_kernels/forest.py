@@ -114,10 +114,8 @@ def signed_forest(links, m, facets, keys, pole, anti, trust, parent):
             one[count], two[count], key[count] = number[x >> 1], number[y >> 1], trust[v]
             odd[count] = (x ^ y) & 1 ^ 1
             count += one[count] != two[count]
-    into, turned = (
-        np.arange(trees),
-        np.zeros(trees, np.int8),
-    )  # where each of the first trees is now, and its parity there
+    # the tree that each of the first ones is in now, and its parity there
+    into, turned = np.arange(trees), np.zeros(trees, np.int8)
     best, up, name = np.empty(trees, np.int32), np.empty(trees, np.int32), np.empty(trees, np.int32)
     while count > 0:
         for t in range(trees):

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from .chance import word
 from .compile import kernel
-from .repair import TOPOLOGY, WALL, flip, word
+from .energy import TOPOLOGY, WALL, flip
 from .union import root
 
 STEPS = 120  # flips from a plug on, at most,

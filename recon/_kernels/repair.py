@@ -1,10 +1,7 @@
 """Local search on the sides of nodes until every sample has exactly one umbrella of surface facets.
 
-Energy = BURIED for each sample with one side missing + PINCH for each umbrella beyond the first + TOPOLOGY for each
-component and handle + WALL * radius^2 for each surface facet (radius in local spacings, capped); of a sheet,
-where facets of wide gates are none, TOPOLOGY for each hole, and twice for each handle. A move flips a growing
-set of nodes of one side, in a stated order, and keeps the prefix of lowest energy. Bodies may be parted and islands
-joined to them, but two bodies that become one gain nothing by that: a neck is not worth it.
+A move flips a growing set of nodes of one side, in a stated order, and keeps the prefix of lowest energy (`energy`). Bodies may
+be parted and islands joined to them, but two bodies that become one gain nothing by that: a neck is not worth it.
 """
 
 from __future__ import annotations
@@ -13,15 +10,12 @@ import heapq
 
 import numpy as np
 
+from .chance import word
 from .compile import kernel
 from .components import cut_off, flood, number_components
-from .umbrellas import rooms, umbrellas
+from .energy import TOPOLOGY, edge_facets, flip, topology
+from .umbrellas import rooms
 
-BURIED = 1.0
-PINCH = 1.0
-TOPOLOGY = 0.5
-WALL = 0.02
-RADIUS_CAP = 5.0
 REACH_BURIED = 300  # nodes a move may flip to reach a buried sample or an island,
 REACH_PINCH = 30  # to mend a pinched one,
 REACH_HANDLE = 15  # to cut a handle
@@ -34,15 +28,6 @@ WIDEST, STEEPEST, NARROWEST = -1.0, 0.0, 1.0  # order in which a move takes node
 
 
 @kernel
-def word(x):
-    """64 bits that look random, of a number from 0 on (splitmix64)."""
-    z = np.uint64(x + 1) * np.uint64(0x9E3779B97F4A7C15)
-    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    return z ^ (z >> np.uint64(31))
-
-
-@kernel
 def beside_surface(links, gate, sides, x):
     """Whether the surface passes by node x, and no gate to a node of its side is wide."""
     beside = False
@@ -52,57 +37,6 @@ def beside_surface(links, gate, sides, x):
         elif gate[x, k] > 2:
             return False
     return beside
-
-
-@kernel
-def narrow(links, gate, widest, x, k):
-    """Whether gate k of node x, a cell or a ghost, is no wider than `widest`."""
-    if widest == np.inf:
-        return True
-    y = links[x, k]
-    if x < len(gate):
-        return gate[x, k] <= widest
-    if y >= len(gate):
-        return False
-    q = 0
-    while links[y, q] != x:
-        q += 1
-    return gate[y, q] <= widest
-
-
-@kernel(inline="always")
-def onward(nodes, y, a, b, turn):
-    """Around the edge (a, b): the facet of node y that does not have its vertex `turn`, and its vertex beside the edge."""
-    t = 0
-    while nodes[y, t] != turn:
-        t += 1
-    q = 0
-    while nodes[y, q] == a or nodes[y, q] == b or q == t:
-        q += 1
-    return t, nodes[y, q]
-
-
-@kernel
-def edge_facets(nodes, links, gate, sides, widest, x, i, j):
-    """Surface facets around the edge (i, j) of node x, and the sides of the two nodes next to x around it."""
-    a, b = nodes[x, i], nodes[x, j]
-    k = 0
-    while k == i or k == j:
-        k += 1
-    l = 6 - i - j - k
-    turn = nodes[x, l]
-    y = links[x, k]
-    first = sides[y]
-    before, facets = sides[x], 0
-    at, through = x, k
-    while y != x:
-        facets += sides[y] != before and narrow(links, gate, widest, at, through)
-        before = sides[y]
-        at = y
-        through, turn = onward(nodes, at, a, b, turn)
-        y = links[at, through]
-    facets += before != sides[x] and narrow(links, gate, widest, at, through)
-    return facets, first, before
 
 
 @kernel
@@ -126,71 +60,6 @@ def bridges(nodes, links, gate, sides, x):
             i += 1
         return edge_facets(nodes, links, gate, sides, np.inf, x, i, one - i)[0] > 0
     return False
-
-
-@kernel
-def wall(points, spacing, i, j, k):
-    """Energy of one surface facet; none for one at infinity."""
-    n = len(points)
-    if i >= n or j >= n or k >= n:
-        return 0.0
-    ax, ay, az = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
-    bx, by, bz = points[k, 0] - points[i, 0], points[k, 1] - points[i, 1], points[k, 2] - points[i, 2]
-    nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
-    aa, bb = ax * ax + ay * ay + az * az, bx * bx + by * by + bz * bz
-    cc = (bx - ax) ** 2 + (by - ay) ** 2 + (bz - az) ** 2
-    h = (spacing[i] + spacing[j] + spacing[k]) / 3
-    area = 4 * (nx * nx + ny * ny + nz * nz) * h * h
-    square = RADIUS_CAP * RADIUS_CAP
-    if aa * bb * cc < square * area:
-        square = aa * bb * cc / area
-    return WALL * square
-
-
-@kernel
-def flip(ground, scratch, widest, sides, x, excess):
-    """Flip node x: the change of energy without topology, and of the surface's Euler number."""
-    points, spacing, nodes, links, gate = ground[:5]
-    n = len(points)
-    energy, chi = 0.0, 0
-    for k in range(4):
-        if gate[x, k] > widest:
-            continue
-        i, j, l = nodes[x, (k + 1) & 3], nodes[x, (k + 2) & 3], nodes[x, (k + 3) & 3]
-        if sides[links[x, k]] == sides[x]:
-            chi += 1
-            energy += wall(points, spacing, i, j, l)
-        else:
-            chi -= 1
-            energy -= wall(points, spacing, i, j, l)
-    for i in range(4):
-        for j in range(i + 1, 4):
-            facets, one, two = edge_facets(nodes, links, gate, sides, widest, x, i, j)
-            k = 0
-            while k == i or k == j:
-                k += 1
-            after = facets
-            if gate[x, k] <= widest:
-                after += 1 if one == sides[x] else -1
-            if gate[x, 6 - i - j - k] <= widest:
-                after += 1 if two == sides[x] else -1
-            chi += (facets > 0) - (after > 0)
-    sides[x] ^= 1
-    for k in range(4):
-        v = nodes[x, k]
-        if v < n:
-            old = excess[v]
-            new = umbrellas(ground, scratch, widest, sides, v)
-            excess[v] = new
-            energy += (BURIED if new < 0 else PINCH * new) - (BURIED if old < 0 else PINCH * old)
-            chi += (new >= 0) - (old >= 0)
-    return energy, chi
-
-
-@kernel
-def topology(pieces, chi, widest):
-    """Energy of `pieces` more components of nodes, and of a change `chi` of the surface's Euler number."""
-    return TOPOLOGY * (2 * pieces - chi / 2) if widest == np.inf else -TOPOLOGY * chi
 
 
 @kernel
@@ -390,16 +259,6 @@ def search(ground, sides, pole, anti, widest, rounds, turn, thin, blank, excess,
         if gained > -1e-9:
             break
     return state[2], state[1]
-
-
-@kernel
-def walls(points, spacing, nodes, facets):
-    """Energy of surface facets, as 4 * cell + corner."""
-    total = 0.0
-    for facet in facets:
-        x, k = facet >> 2, facet & 3
-        total += wall(points, spacing, nodes[x, (k + 1) & 3], nodes[x, (k + 2) & 3], nodes[x, (k + 3) & 3])
-    return total
 
 
 @kernel
