@@ -7,16 +7,17 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from .handles import EDGES, THIN
 from .topology import HalfEdges
 
-PINHOLE = THIN  # longest way around one: neither that nor a thin handle is shown by samples [local spacings]
+EDGES = 16  # around a pinhole, at most
 ISLAND = 32  # samples; the boundary of a smaller piece is no hole
 
 Triple = tuple[int, int, int]
 
 
-def pinholes(cloud: tuple[NDArray, NDArray], walls: tuple[NDArray, ...], faces: NDArray[np.int64]) -> NDArray[np.int64]:
+def pinholes(
+    cloud: tuple[NDArray, NDArray], walls: tuple[NDArray, ...], faces: NDArray[np.int64], longest: float
+) -> NDArray[np.int64]:
     """Find the facets that fill the pinholes of a sheet, each with the least area.
 
     Parameters
@@ -26,6 +27,8 @@ def pinholes(cloud: tuple[NDArray, NDArray], walls: tuple[NDArray, ...], faces: 
         See `recon._kernels.sides` and `umbrellas`.
     faces : (f, 3) ndarray of int64
         Of the sheet.
+    longest : float [local spacings]
+        Way around a pinhole.
 
     Returns
     -------
@@ -37,7 +40,7 @@ def pinholes(cloud: tuple[NDArray, NDArray], walls: tuple[NDArray, ...], faces: 
     once = edges.count == 1
     low, high = edges.low[once], edges.high[once]
     length = np.linalg.norm(points[low] - points[high], axis=1) * 2 / (spacing[low] + spacing[high])
-    loops = _short_loops(low, high, length)
+    loops = _short_loops(low, high, length, longest)
     if not loops:
         return np.zeros(0, np.int64)
     piece, size = _pieces(edges, len(points))
@@ -54,7 +57,7 @@ def pinholes(cloud: tuple[NDArray, NDArray], walls: tuple[NDArray, ...], faces: 
 
 
 def _short_loops(
-    low: NDArray[np.int64], high: NDArray[np.int64], length: NDArray[np.float64]
+    low: NDArray[np.int64], high: NDArray[np.int64], length: NDArray[np.float64], longest: float
 ) -> list[NDArray[np.int64]]:
     """Simple loops of few and short edges, vertex after vertex."""
     corners, ends = np.unique(np.r_[low, high], return_inverse=True)
@@ -64,7 +67,7 @@ def _short_loops(
     )
     forked = np.bincount(label, np.bincount(ends, minlength=len(corners)) != 2, count) > 0
     few = np.bincount(label[a], minlength=count) <= EDGES
-    short = ~forked & few & (np.bincount(label[a], length, count) <= PINHOLE)
+    short = ~forked & few & (np.bincount(label[a], length, count) <= longest)
     beside: dict[int, list[int]] = {}
     for i, j in zip(low[short[label[a]]].tolist(), high[short[label[a]]].tolist()):
         beside.setdefault(i, []).append(j)

@@ -7,15 +7,12 @@ from numpy.typing import NDArray
 
 from .between import facets_between
 from .handles import cut_thin_handles
-from .regular import OUTWARD
 from .threads import over_ranges
-from .topology import topology
 
 ROUNDS = 6  # of moves; it mostly ends after 3
 # The search keeps what it finds first. So where samples are few, and each counts, it is made in several orders: as many as
-# make SMALL samples together, and the outcome of least energy is kept.
-TURNS, SMALL = 8, 50_000
-MENDED = 1 / 10  # moves a sample: where it takes more, samples do not show the surface, and least energy says little
+# make SMALL samples together, and of the outcomes the best is kept, place by place.
+TURNS, SMALL = 4, 50_000
 
 
 def repair(
@@ -27,7 +24,7 @@ def repair(
     widest: float,
     threads: int | None,
 ) -> tuple[NDArray[np.int32], int]:
-    """Improve the sides of nodes in place: by a local search, of few samples by several, of which the best is kept.
+    """Improve the sides of nodes in place: by a local search, of few samples by several, of which the best is kept, place by place.
 
     Parameters
     ----------
@@ -51,7 +48,8 @@ def repair(
         Of every sample 0 for one umbrella, -1 where it is buried, more where it is pinched.
     moves : int
     """
-    from ._kernels import repair as kernels  # numba takes a while to load
+    from ._kernels import components, crossover  # numba takes a while to load
+    from ._kernels import repair as kernels
 
     nodes, links, gate = ground[2:5]
     m, n = len(gate), len(ground[0])
@@ -63,18 +61,22 @@ def repair(
     if turns == 1:
         return _search(ground, sides, poles, excess, thin, pieces, widest, 0, threads)
 
-    def attempt(turn: int) -> tuple[float, NDArray[np.int8], NDArray[np.int32], int]:
-        number, component, size, queue = pieces
-        mended, own = sides.copy(), (number, component.copy(), size.copy(), queue.copy())
-        found, moves = _search(ground, mended, poles, excess.copy(), thin, own, widest, turn, 1)
-        return _energy(ground, mended, found), mended, found, moves
+    number, component, size, queue = pieces
 
-    best = attempt(0)
-    if 0 < best[3] <= MENDED * n:
+    def attempt(turn: int) -> tuple[NDArray[np.int8], NDArray[np.int32], int]:
+        mended, own = sides.copy(), (number, component.copy(), size.copy(), queue.copy())
+        return mended, *_search(ground, mended, poles, excess.copy(), thin, own, widest, turn, 1)
+
+    best, found, moves = attempt(0)
+    if moves > 0:
         attempts = over_ranges(lambda a, b: [attempt(turn + 1) for turn in range(a, b)], turns - 1, threads, 1)
-        best = min([best, *(one for some in attempts for one in some)], key=lambda one: one[0])
-    sides[:] = best[1]
-    return best[2], best[3]
+        for other, *_ in (one for some in attempts for one in some):
+            crossover.take_better(ground, best, other, found)
+        over_ranges(lambda *part: kernels.thin_spots(nodes, links, gate, best, *part, thin), m, threads)
+        number = components.number_components(links, best, component, size)
+        found, _ = _search(ground, best, poles, found, thin, (number, component, size, queue), widest, 0, threads)
+    sides[:] = best
+    return found, moves
 
 
 def _search(
@@ -103,18 +105,6 @@ def _search(
     if kernels.absorb(nodes, links, gate, len(gate), sides, component, size, number):
         excess = excesses(ground, facets_between(links, sides, len(gate), threads), widest, threads)
     return excess, moves
-
-
-def _energy(ground: tuple[NDArray, ...], sides: NDArray[np.int8], excess: NDArray[np.int32]) -> float:
-    """What the search lowers, of a closed surface."""
-    from ._kernels import components, energy, forest
-
-    points, spacing, nodes, links, gate = ground[:5]
-    facets = facets_between(links, sides, len(gate), 1)
-    euler = topology(forest.corners_of(nodes, facets, OUTWARD), threads=1).euler
-    samples = energy.BURIED * (excess < 0).sum() + energy.PINCH * excess[excess > 0].sum()
-    handles = energy.TOPOLOGY * (2 * components.count_components(links, sides) - euler / 2)
-    return float(samples + handles + energy.walls(points, spacing, nodes, facets))
 
 
 def flip_edges(

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from .between import facets_between
 from .contracts import DegenerateInput, InvalidInput
 from .mesh import turned
-from .pinholes import PINHOLE, pinholes
+from .pinholes import pinholes
 from .regular import OUTWARD, RegularTriangulation
 from .repair import flip_edges, repair
 from .threads import over_ranges, together
@@ -27,6 +27,7 @@ from .topology import topology
 Kind = Literal["auto", "closed", "open"]
 Pieces = tuple[int, NDArray[np.int32], NDArray[np.int64], NDArray[np.int32]]
 OPEN_GATE = 2.5  # widest facet of an open sheet [local spacings]; the rest closes it over its boundary
+PINHOLE = 2 * np.pi * OPEN_GATE  # longest way around a hole no larger than such a facet's circle [local spacings]
 # A closed surface has less than this share of its area in walls, facets wider than those of a sheet: no samples vouch for them.
 WALLS = 1 / 4
 BUBBLE = 32  # samples for each piece of it, or more: a flat and noisy sheet falls into bubbles of some twenty
@@ -289,7 +290,7 @@ class _Evidence:
         facets, *counts = self.flip_edges(sides, self.between(sides), excess, OPEN_GATE)
         facets = facets[self.gate.ravel()[facets] <= OPEN_GATE]
         cloud, walls = (self.points, self.spacing), (self.nodes, self.gate, *self.stars)
-        facets = np.append(facets, pinholes(cloud, walls, self.faces(facets).astype(np.int64)))
+        facets = np.append(facets, pinholes(cloud, walls, self.faces(facets).astype(np.int64), PINHOLE))
         faces = turned(self.points, self.faces(facets).astype(np.int64)).astype(np.int32)
         n = len(self.points)
         buried = int((used_vertices(self.cells, n) & ~used_vertices(faces, n)).sum())

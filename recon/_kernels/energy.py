@@ -90,18 +90,8 @@ def wall(points, spacing, i, j, k):
 
 
 @kernel
-def walls(points, spacing, nodes, facets):
-    """Energy of surface facets, as 4 * cell + corner."""
-    total = 0.0
-    for facet in facets:
-        x, k = facet >> 2, facet & 3
-        total += wall(points, spacing, nodes[x, (k + 1) & 3], nodes[x, (k + 2) & 3], nodes[x, (k + 3) & 3])
-    return total
-
-
-@kernel
-def flip(ground, scratch, widest, sides, x, excess):
-    """Flip node x: the change of energy without topology, and of the surface's Euler number."""
+def flip(ground, scratch, widest, sides, x, excess, before):
+    """Flip node x: the change of energy without topology, and of the surface's Euler number; `before` (4,) is for `flip_back`."""
     points, spacing, nodes, links, gate = ground[:5]
     n = len(points)
     energy, chi = 0.0, 0
@@ -131,12 +121,20 @@ def flip(ground, scratch, widest, sides, x, excess):
     for k in range(4):
         v = nodes[x, k]
         if v < n:
-            old = excess[v]
-            new = umbrellas(ground, scratch, widest, sides, v)
-            excess[v] = new
+            before[k] = old = excess[v]
+            excess[v] = new = umbrellas(ground, scratch, widest, sides, v)
             energy += (BURIED if new < 0 else PINCH * new) - (BURIED if old < 0 else PINCH * old)
             chi += (new >= 0) - (old >= 0)
     return energy, chi
+
+
+@kernel
+def flip_back(nodes, sides, x, excess, before):
+    """Take back the latest flip that was not, of node x."""
+    sides[x] ^= 1
+    for k in range(4):
+        if nodes[x, k] < len(excess):
+            excess[nodes[x, k]] = before[k]
 
 
 @kernel

@@ -6,7 +6,7 @@ import numpy as np
 
 from .chance import word
 from .compile import kernel
-from .energy import TOPOLOGY, WALL, flip
+from .energy import TOPOLOGY, WALL, flip, flip_back
 from .union import root
 
 STEPS = 120  # flips from a plug on, at most,
@@ -178,15 +178,16 @@ def cut_handle(ground, scratch, sides, excess, loop, side, work):
                 if star[i] < m and number[star[i]] < 0:
                     number[star[i]] = len(near)
                     near.append(np.int64(star[i]))
-    before = islands(links, sides, number, near)
+    ended = islands(links, sides, number, near)
     chain = [np.int64(0) for _ in range(0)]
+    before = np.empty((at_loop + STEPS + 1, 4), np.int32)
     energy, chi = 0.0, 0
     for x in near[:at_loop]:
         corners = 0
         for k in range(4):
             corners += (loop == nodes[x, k]).any()
         if sides[x] == side and corners >= PLUG:
-            change, turned = flip(ground, scratch, widest, sides, x, excess)
+            change, turned = flip(ground, scratch, widest, sides, x, excess, before[len(chain)])
             energy += change
             chi += turned
             chain.append(x)
@@ -207,15 +208,15 @@ def cut_handle(ground, scratch, sides, excess, loop, side, work):
             if walls == 0:
                 continue
             if fresh[i]:
-                change, turned = flip(ground, scratch, widest, sides, x, excess)
-                flip(ground, scratch, widest, sides, x, excess)
+                change, turned = flip(ground, scratch, widest, sides, x, excess, before[len(chain)])
+                flip_back(nodes, sides, x, excess, before[len(chain)])
                 gain[i], fresh[i] = change - TOPOLOGY * turned / 2, False
             if pick < 0 or gain[i] < gain[pick]:
                 pick = i
         if pick < 0 or total > best + HOPELESS:
             break
         x = near[pick]
-        change, turned = flip(ground, scratch, widest, sides, x, excess)
+        change, turned = flip(ground, scratch, widest, sides, x, excess, before[len(chain)])
         energy += change
         chi += turned
         chain.append(x)
@@ -226,10 +227,10 @@ def cut_handle(ground, scratch, sides, excess, loop, side, work):
                 if number[star[i]] >= 0:
                     fresh[number[star[i]]] = True
     for i in range(len(chain) - 1, length - 1, -1):
-        flip(ground, scratch, widest, sides, chain[i], excess)
-    if handles > 0 and islands(links, sides, number, near) > before:
+        flip_back(nodes, sides, chain[i], excess, before[i])
+    if handles > 0 and islands(links, sides, number, near) > ended:
         for i in range(length - 1, -1, -1):
-            flip(ground, scratch, widest, sides, chain[i], excess)
+            flip_back(nodes, sides, chain[i], excess, before[i])
         handles = 0
     for x in near:
         if handles > 0:

@@ -13,7 +13,7 @@ import numpy as np
 from .chance import word
 from .compile import kernel
 from .components import cut_off, flood, number_components
-from .energy import TOPOLOGY, edge_facets, flip, topology
+from .energy import TOPOLOGY, edge_facets, flip, flip_back, topology
 from .umbrellas import rooms
 
 REACH_BURIED = 300  # nodes a move may flip to reach a buried sample or an island,
@@ -70,7 +70,7 @@ def move(ground, scratch, widest, sides, work, seed, reach, hopeless, order):
     search keeps (`repair`); its state = [last stamp, next component number, clock of accepted moves].
     """
     _, _, nodes, links, gate, starts, _ = ground
-    state, excess, stirred, component, size, chain, mark, queue, after, label, seen = work
+    state, excess, stirred, component, size, chain, before, mark, queue, after, label, seen = work
     n, m = len(starts) - 1, len(gate)
     stamp = state[0] + 1
     first = stamp
@@ -90,7 +90,7 @@ def move(ground, scratch, widest, sides, work, seed, reach, hopeless, order):
             if mark[y] != -first and sides[y] != side and component[y] not in touched:
                 touched.append(component[y])
                 bodies += size[component[y]] >= body
-        change, turned = flip(ground, scratch, widest, sides, x, excess)
+        change, turned = flip(ground, scratch, widest, sides, x, excess, before[length])
         energy += change
         chi += turned
         mark[x] = -first
@@ -111,14 +111,14 @@ def move(ground, scratch, widest, sides, work, seed, reach, hopeless, order):
             y = links[x, k]
             if y < m and mark[y] != -first and sides[y] == side:
                 if order == STEEPEST:
-                    change, turned = flip(ground, scratch, widest, sides, np.int64(y), excess)
-                    flip(ground, scratch, widest, sides, np.int64(y), excess)
+                    change, turned = flip(ground, scratch, widest, sides, np.int64(y), excess, before[length])
+                    flip_back(nodes, sides, y, excess, before[length])
                     heapq.heappush(heap, (change - TOPOLOGY * turned / 2, np.int64(y)))
                 elif mark[y] != first:
                     mark[y] = first
                     heapq.heappush(heap, (order * np.float64(gate[x, k]), np.int64(y)))
     for i in range(length - 1, best_length - 1, -1):
-        flip(ground, scratch, widest, sides, chain[i], excess)
+        flip_back(nodes, sides, chain[i], excess, before[i])
     best = 0.0
     if best_length > 0:
         stamp += 1
@@ -128,7 +128,7 @@ def move(ground, scratch, widest, sides, work, seed, reach, hopeless, order):
         if best > -1e-9:
             best = 0.0
             for i in range(best_length - 1, -1, -1):
-                flip(ground, scratch, widest, sides, chain[i], excess)
+                flip_back(nodes, sides, chain[i], excess, before[i])
         else:
             state[2] += 1
             size[ours] -= best_length
@@ -201,8 +201,9 @@ def search(ground, sides, pole, anti, widest, rounds, turn, thin, blank, excess,
     tried_from, mark, seen = blank  # or, plus 1, to cut a handle or reach an island from a node
     state = np.zeros(3, np.int64)
     state[1] = count
-    chain, after, label = np.empty(REACH_BURIED, np.int64), np.empty(N, np.int32), np.empty(N, np.int32)
-    work = state, excess, stirred, component, size, chain, mark, queue, after, label, seen
+    chain, before = np.empty(REACH_BURIED, np.int64), np.empty((REACH_BURIED + 1, 4), np.int32)
+    after, label = np.empty(N, np.int32), np.empty(N, np.int32)
+    work = state, excess, stirred, component, size, chain, before, mark, queue, after, label, seen
     for _ in range(rounds):
         if state[1] > N // 2:  # numbers of components that are no more
             state[1] = number_components(links, sides, component, size)
