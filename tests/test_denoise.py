@@ -12,6 +12,9 @@ import weighting
 from recon.postprocess import denoise
 from recon.samples import clean_samples
 from recon.topology import topology
+from weighting import projection
+from weighting._frame import tangents_of
+from weighting._scales import FRAME
 
 
 def cloud(name, noise=0.0, n=4000, **how):
@@ -142,6 +145,39 @@ def test_samples_of_a_smooth_surface_come_much_closer(name, noise):
     surface, sample, _ = cloud(name, noise)
     before, after = (np.abs(surface.distance(p)).mean() for p in (sample.points, denoise(sample.points)))
     assert after < before / 3.5
+
+
+@pytest.mark.parametrize(
+    ("name", "share"), [("trefoil", 0.34), ("linked_tori", 0.265), ("cylinder", 0.235), ("box", 0.27)]
+)
+def test_fits_follow_tubes_and_creases(name, share):
+    """Fits as wide as they are long leave 0.38, 0.28, 0.244 and 0.29."""
+    surface, sample, _ = cloud(name, 0.4)
+    before, after = (np.abs(surface.distance(p)).mean() for p in (sample.points, denoise(sample.points)))
+    assert after < share * before
+
+
+@pytest.mark.parametrize("shape", ["tube", "crease"])
+def test_fits_are_longer_the_way_the_surface_bends_least(shape):
+    rng = np.random.default_rng(4)
+    length = 240 if shape == "tube" else 60
+    along, around = rng.uniform(0, length, 6000), rng.uniform(0, 1, 6000)
+    if shape == "tube":
+        side = 25 / (2 * np.pi) * np.stack([np.cos(2 * np.pi * around), np.sin(2 * np.pi * around)])
+    else:
+        side = np.stack([100 * around - 50, -np.abs(100 * around - 50)])
+    points = np.column_stack([*side, along]) + 0.4 * rng.normal(size=(6000, 3))
+    linked = projection.Linked.of(weighting.neighbors(points), None)
+    fits = np.full(6000, -1, np.int8), np.empty((6000, FRAME))
+    projection._fit(linked, np.full(6000, 0.4), np.arange(6000), projection.LEVELS, fits, None)
+    inner = (linked.points[:, 2] > 10) & (linked.points[:, 2] < length - 10)
+    if shape == "crease":
+        inner &= np.abs(linked.points[:, 0]) < 5
+    longer = inner & (fits[0] >= 0) & (fits[1][:, 11] > 1)
+    assert longer.sum() > inner.sum() / 2
+    tilted = [abs(np.dot([c, s], [t[2] for t in np.reshape(tangents_of(*normal), (2, 3))]))
+              for *normal, c, s in fits[1][longer][:, [0, 1, 2, 9, 10]]]  # fmt: skip
+    assert np.median(tilted) > np.cos(np.radians(15))
 
 
 @pytest.mark.parametrize("kind", ["normal", "isotropic"])

@@ -11,6 +11,7 @@ from recon._kernels.compile import kernel
 from ._frame import normal_of, tangents_of
 
 TERMS = 6  # h = a0 + a1 u + a2 v + a3 u^2 + a4 uv + a5 v^2
+FRAME = 12  # normal of its plane, coefficients, direction in that in which the fit is longer, square of how many times
 MOMENTS = 22  # 15 of u, v up to degree 4; 6 of h times the terms; h^2
 LEAST = 9  # samples of a fit
 CROWD = 320  # samples that one fit sees at most
@@ -31,6 +32,79 @@ GRAM = np.array(  # which moment each entry of the normal matrix is; order 1 u v
         [5, 8, 9, 12, 13, 14],
     ]
 )
+
+
+@kernel(inline="always")
+def add(moment, u, v, h):
+    """Add a sample to the moments of a fit."""
+    uu, uv, vv = u * u, u * v, v * v
+    moment[0] += 1.0
+    moment[1] += u
+    moment[2] += v
+    moment[3] += uu
+    moment[4] += uv
+    moment[5] += vv
+    moment[6] += uu * u
+    moment[7] += uu * v
+    moment[8] += u * vv
+    moment[9] += vv * v
+    moment[10] += uu * uu
+    moment[11] += uu * uv
+    moment[12] += uu * vv
+    moment[13] += uv * vv
+    moment[14] += vv * vv
+    moment[15] += h
+    moment[16] += u * h
+    moment[17] += v * h
+    moment[18] += uu * h
+    moment[19] += uv * h
+    moment[20] += vv * h
+    moment[21] += h * h
+
+
+@kernel
+def fit(moment, factor, half):
+    """Variance of the distance to the quadric by these moments, by Cholesky; -1 where they do not determine it."""
+    if moment[0] < LEAST:
+        return -1.0
+    explained = 0.0
+    for a in range(TERMS):
+        for b in range(a + 1):
+            value = moment[GRAM[a, b]]
+            for c in range(b):
+                value -= factor[a, c] * factor[b, c]
+            if b < a:
+                factor[a, b] = value / factor[b, b]
+            elif value > SINGULAR * moment[GRAM[a, a]]:
+                factor[a, a] = math.sqrt(value)
+            else:
+                return -1.0
+        value = moment[15 + a]
+        for c in range(a):
+            value -= factor[a, c] * half[c]
+        half[a] = value / factor[a, a]
+        explained += half[a] * half[a]
+    return max(moment[21] - explained, 0.0) / (moment[0] - TERMS)
+
+
+@kernel(inline="always")
+def within(left, moment, most, slack):
+    """Whether a misfit is no more than `most`, by so many standard deviations."""
+    return left <= most * (1.0 + slack * math.sqrt(2.0 / (moment[0] - TERMS)))
+
+
+@kernel
+def coefficients(factor, half, noise_sq, solution):
+    """Of the quadric that `fit` found, with what noise explains of it taken out."""
+    bent = half[3] * half[3] + half[4] * half[4] + half[5] * half[5]
+    chance = min(BENT * noise_sq / bent, 1.0) if bent > 0.0 else 0.0
+    for a in range(TERMS - 1, -1, -1):
+        value = half[a] * (1.0 - chance * chance) if a > 2 else half[a]
+        for c in range(a + 1, TERMS):
+            value -= factor[c, a] * solution[c]
+        solution[a] = value / factor[a, a]
+    # samples outside a bend are thinner spread, and weigh less
+    solution[0] -= noise_sq * (solution[3] + solution[5])
 
 
 @kernel
@@ -55,14 +129,15 @@ def fit_scales(
     below `levels` + `WIDER`, all of them over the plane of level 1.
 
     variance: of the distance to the quadric at each level [L^2], NaN where it is not determined. chosen: the widest level
-    whose variance is below bound^2 (1 + slack sqrt(2 / freedom)), -1 where there is none. frame: of that fit the
-    normal of its plane, the six coefficients, in units of the spacing.
+    whose variance is below bound^2 (1 + slack sqrt(2 / freedom)), -1 where there is none. The next one, which is too wide, shows
+    which way the surface bends least: that way the fit is made sqrt(2), 2, ... times as long, within the same bound. frame: of that fit
+    `FRAME` numbers, in units of the spacing.
     """
     n = len(points)
     seen = np.full(n, -1, np.int64)
     queue, distance, local = np.empty(CROWD, np.int64), np.empty(CROWD), np.zeros((CROWD, 3))
-    moment, count = np.empty((levels + WIDER, MOMENTS)), np.empty(levels + WIDER)
-    factor, half, solution = np.empty((TERMS, TERMS)), np.empty(TERMS), np.empty(TERMS)
+    moment = np.empty((levels + WIDER, MOMENTS))
+    factor, half, beyond = np.empty((TERMS, TERMS)), np.empty(TERMS), np.empty(TERMS)
     for row in range(len(rows)):
         i = rows[row]
         chosen[i] = -1
@@ -74,7 +149,7 @@ def fit_scales(
         if unit == 0.0 or skip[i]:
             continue
         px, py, pz = points[i, 0], points[i, 1], points[i, 2]
-        noise_sq = (sigma[i] / unit) ** 2
+        noise_sq, most = (sigma[i] / unit) ** 2, (bound[i] / unit) ** 2
         reach = widest + (9.0 * noise_sq + 0.25 * widest)
         # whom the links reach
         queue[0], distance[0], seen[i] = i, 0.0, i
@@ -114,88 +189,60 @@ def fit_scales(
         ux, uy, uz, vx, vy, vz = tangents_of(nx, ny, nz)
         # moments, ring by ring
         for level in range(depth):
-            count[level] = 0.0
             for a in range(MOMENTS):
                 moment[level, a] = 0.0
         for j in range(size):
             x, y, z = local[j, 0], local[j, 1], local[j, 2]
             u, v, h = x * ux + y * uy + z * uz, x * vx + y * vy + z * vz, x * nx + y * ny + z * nz
-            uu, uv, vv = u * u, u * v, v * v
+            local[j, 0], local[j, 1], local[j, 2] = u, v, h
             level, limit = 0, near_sq
-            square = uu + vv + max(h * h - DISCOUNT * noise_sq, 0.0)
+            square = u * u + v * v + max(h * h - DISCOUNT * noise_sq, 0.0)
             while level < depth and square > limit:
                 level, limit = level + 1, 2.0 * limit
-            if level == depth:
-                continue
-            count[level] += 1.0
-            moment[level, 1] += u
-            moment[level, 2] += v
-            moment[level, 3] += uu
-            moment[level, 4] += uv
-            moment[level, 5] += vv
-            moment[level, 6] += uu * u
-            moment[level, 7] += uu * v
-            moment[level, 8] += u * vv
-            moment[level, 9] += vv * v
-            moment[level, 10] += uu * uu
-            moment[level, 11] += uu * uv
-            moment[level, 12] += uu * vv
-            moment[level, 13] += uv * vv
-            moment[level, 14] += vv * vv
-            moment[level, 15] += h
-            moment[level, 16] += u * h
-            moment[level, 17] += v * h
-            moment[level, 18] += uu * h
-            moment[level, 19] += uv * h
-            moment[level, 20] += vv * h
-            moment[level, 21] += h * h
+            if level < depth:
+                add(moment[level], u, v, h)
+        frame[i, 0], frame[i, 1], frame[i, 2] = nx, ny, nz
+        beyond[:] = 0.0
         for level in range(depth):
             if level > 0:
-                count[level] += count[level - 1]
                 for a in range(MOMENTS):
                     moment[level, a] += moment[level - 1, a]
-            moment[level, 0] = count[level]
-            freedom = count[level] - TERMS
-            if count[level] < LEAST:
+            left = fit(moment[level], factor, half)
+            if not left >= 0.0:
                 continue
-            # Cholesky
-            known, explained = True, 0.0
-            for a in range(TERMS):
-                for b in range(a + 1):
-                    value = moment[level, GRAM[a, b]]
-                    for c in range(b):
-                        value -= factor[a, c] * factor[b, c]
-                    if b < a:
-                        factor[a, b] = value / factor[b, b]
-                    elif value > SINGULAR * moment[level, GRAM[a, a]]:
-                        factor[a, a] = math.sqrt(value)
-                    else:
-                        known, factor[a, a] = False, 1.0
-                value = moment[level, 15 + a]
-                for c in range(a):
-                    value -= factor[a, c] * half[c]
-                half[a] = value / factor[a, a]
-                explained += half[a] * half[a]
-            if not known:
-                continue
-            left = max(moment[level, 21] - explained, 0.0) / freedom
             variance[row, level] = left * unit * unit
-            if not left <= (bound[i] / unit) ** 2 * (1.0 + slack * math.sqrt(2.0 / freedom)):
-                continue
-            bent = half[3] * half[3] + half[4] * half[4] + half[5] * half[5]
-            chance = min(BENT * noise_sq / bent, 1.0) if bent > 0.0 else 0.0
-            for a in range(TERMS - 1, -1, -1):
-                value = half[a] * (1.0 - chance * chance) if a > 2 else half[a]
-                for c in range(a + 1, TERMS):
-                    value -= factor[c, a] * solution[c]
-                solution[a] = value / factor[a, a]
-            solution[0] -= noise_sq * (
-                solution[3] + solution[5]
-            )  # samples outside a bend are thinner spread, and weigh less
-            chosen[i] = level
-            frame[i, 0], frame[i, 1], frame[i, 2] = nx, ny, nz
-            for a in range(TERMS):
-                frame[i, 3 + a] = solution[a]
+            if within(left, moment[level], most, slack):
+                chosen[i] = level
+                coefficients(factor, half, noise_sq, frame[i, 3:9])
+                beyond[:] = 0.0
+            elif level == chosen[i] + 1:
+                coefficients(factor, half, noise_sq, beyond)
+        frame[i, 9], frame[i, 10], frame[i, 11] = 1.0, 0.0, 1.0
+        if chosen[i] < 0:
+            continue
+        # longer where it bends least
+        fall, twist = beyond[3] - beyond[5], beyond[4]
+        if fall == 0.0 and twist == 0.0:
+            continue
+        angle = 0.5 * math.atan2(twist, fall)  # of the greatest second derivative
+        if beyond[3] + beyond[5] > 0.0:
+            angle += 0.5 * math.pi
+        cos, sin = math.cos(angle), math.sin(angle)
+        limit, longer_sq = near_sq * 2.0 ** chosen[i], 2.0
+        while limit * longer_sq <= widest:
+            moment[0] = 0.0
+            for j in range(size):
+                u, v, h = local[j, 0], local[j, 1], local[j, 2]
+                along, across = u * cos + v * sin, v * cos - u * sin
+                square = along * along / longer_sq + across * across
+                if square + max(h * h - DISCOUNT * noise_sq, 0.0) <= limit:
+                    add(moment[0], u, v, h)
+            left = fit(moment[0], factor, half)
+            if not (left >= 0.0 and within(left, moment[0], most, slack)):
+                break
+            frame[i, 9], frame[i, 10], frame[i, 11] = cos, sin, longer_sq
+            coefficients(factor, half, noise_sq, frame[i, 3:9])
+            longer_sq *= 2.0
 
 
 @kernel
@@ -246,8 +293,10 @@ def blend(points, first, links, spacing, skip, sigma, rows, near_sq, most, chose
                 off = t * t * slope / widest
                 if not off < 1.0:
                     continue
-                out = 4.0 * (u * u + v * v) / (near_sq * 2.0 ** chosen[j])  # 1 halfway to the rim of the fit
-                share = 2.0 ** chosen[j] / (1.0 + out * out) * (1.0 - off) ** 2
+                along, across = u * frame[j, 9] + v * frame[j, 10], v * frame[j, 9] - u * frame[j, 10]
+                square, size_sq = along * along / frame[j, 11] + across * across, near_sq * 2.0 ** chosen[j]
+                out = 4.0 * square / size_sq  # 1 halfway to the rim of the fit
+                share = size_sq * math.sqrt(frame[j, 11]) / (1.0 + out * out) * (1.0 - off) ** 2
                 total += share
                 mx += share * t * (nx - gu * ux - gv * vx)
                 my += share * t * (ny - gu * uy - gv * vy)

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from recon.contracts import InvalidInput
 from recon.threads import over_ranges, workers
 
-from ._scales import WIDER, blend, fit_scales, normals_of
+from ._scales import FRAME, WIDER, blend, fit_scales, normals_of
 from .density import smooth_spacing
 from .lines import thinning
 from .neighborhood import RING, Neighborhood, neighbors
@@ -193,7 +193,7 @@ def level(cloud: Linked, threads: int | None) -> Scatter:
     """Noise of linked samples."""
     n = len(cloud.points)
     rows = cloud.fitted[:: max(1, len(cloud.fitted) // LOOKED_AT)]
-    variance = _fit(cloud, np.zeros(n), rows, 2, (np.empty(n, np.int8), np.empty((n, 9))), threads)
+    variance = _fit(cloud, np.zeros(n), rows, 2, (np.empty(n, np.int8), np.empty((n, FRAME))), threads)
     known = np.asarray(np.isfinite(variance).all(axis=1))
     rows, variance = rows[known], variance[known]
     if len(rows) < STRETCH // 32:
@@ -239,7 +239,7 @@ def level(cloud: Linked, threads: int | None) -> Scatter:
 def _layered(cloud: Linked, rows: NDArray[np.int64], near: NDArray[np.int64], threads: int | None) -> NDArray[np.bool_]:
     """Do the samples around each lie on either side of what is fitted to them, rather than on it?"""
     n = len(cloud.points)
-    chosen, frame = np.full(n, -1, np.int8), np.empty((n, 9))
+    chosen, frame = np.full(n, -1, np.int8), np.empty((n, FRAME))
     _fit(cloud, np.zeros(n), rows, 1, (chosen, frame), threads, np.full(n, np.inf), LAYERS_SQ)
     fitted = chosen[rows] >= 0
     off_sq = np.where(fitted, frame[rows, 3] ** 2, 0.0)[near]
@@ -253,6 +253,7 @@ def onto_surface(cloud: Linked, sigma: NDArray[np.float64], threads: int | None)
     -----
     One sample in eight, and every one where fits are narrow, is given a quadric, through the largest of four nested neighbourhoods (12 to 100 samples; 200 above a quarter of
     a spacing) whose misfit the noise explains: wide where the surface is smooth, narrow where it bends, none across a crease, a corner or two sheets.
+    Where a wider one does not fit, that one is made longer the way the surface bends least: along a tube or a crease.
     What noise explains of its bend is taken out, as is the shift by sigma^2 times the mean curvature that isotropic noise gives to a surface.
     Every sample then moves to the mean of its feet on the quadrics of its neighbours that it lies within five
     standard deviations of. Near creases these are the fits on its own side of it; those of the other side are too far.
@@ -260,7 +261,7 @@ def onto_surface(cloud: Linked, sigma: NDArray[np.float64], threads: int | None)
     the blend is a partition of unity (Ohtake et al. 2003), the limit that of robust moving least squares (Fleishman et al. 2005).
     """
     n = len(cloud.points)
-    fits = np.full(n, -1, np.int8), np.empty((n, 9))
+    fits = np.full(n, -1, np.int8), np.empty((n, FRAME))
     rows, few = np.arange(n), cloud.fitted[::EVERY]
     _fit(cloud, sigma, few, LEVELS, fits, threads)
     served, asking = fits[0] >= LEVELS - 1, cloud.asking
@@ -283,7 +284,7 @@ def onto_surface(cloud: Linked, sigma: NDArray[np.float64], threads: int | None)
 def normals(cloud: Linked, threads: int | None) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Unit normals of fits to some 19 samples, of either sense, and how far the samples around lie off them (rms) [L]; 0 and NaN without fit."""
     n = len(cloud.points)
-    nothing, chosen, frame = np.zeros(n), np.full(n, -1, np.int8), np.empty((n, 9))
+    nothing, chosen, frame = np.zeros(n), np.full(n, -1, np.int8), np.empty((n, FRAME))
     variance = _fit(cloud, nothing, np.arange(n), 1, (chosen, frame), threads, nothing + np.inf, WITHOUT_NOISE_SQ)[:, 0]
     normal = np.empty((n, 3))
     normals_of(chosen, frame, normal)
