@@ -147,7 +147,7 @@ def test_two_sheets_near_each_other_are_one_thin_body(n):
 
 
 def test_two_sheets_as_near_as_samples_are_apart_stay_one_body_with_a_handle_or_a_few():
-    """It is a matter of luck whether there is none: 4 of these 8; single searches leave none in one."""
+    """Whether there is none is a matter of luck: 4 of these 8; 1, where repair searches once."""
     plate, eulers = datasets_synthetic.surface("thin_plate"), []
     for seed in range(8):
         result = recon.reconstruct(plate.sample(3000, density=10.0, rng=seed).points)
