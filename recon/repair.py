@@ -57,7 +57,7 @@ def repair(
     if widest == np.inf:
         over_ranges(lambda *part: kernels.thin_spots(nodes, links, gate, sides, *part, thin), m, threads)
     excess = excesses(ground, facets, widest, threads)
-    turns = max(1, min(TURNS, SMALL // n)) if widest == np.inf else 1
+    turns = max(1, min(TURNS, SMALL // n))
     if turns == 1:
         return _search(ground, sides, poles, excess, thin, pieces, widest, 0, threads)
 
@@ -71,8 +71,9 @@ def repair(
     if moves > 0:
         attempts = over_ranges(lambda a, b: [attempt(turn + 1) for turn in range(a, b)], turns - 1, threads, 1)
         for other, *_ in (one for some in attempts for one in some):
-            crossover.take_better(ground, best, other, found)
-        over_ranges(lambda *part: kernels.thin_spots(nodes, links, gate, best, *part, thin), m, threads)
+            crossover.take_better(ground, np.float32(widest), best, other, found)
+        if widest == np.inf:
+            over_ranges(lambda *part: kernels.thin_spots(nodes, links, gate, best, *part, thin), m, threads)
         number = components.number_components(links, best, component, size)
         found, _ = _search(ground, best, poles, found, thin, (number, component, size, queue), widest, 0, threads)
     sides[:] = best

@@ -11,19 +11,29 @@ import weighting
 from recon import repair
 from recon._kernels import components, crossover
 from recon._kernels import energy as terms
+from recon._kernels.umbrellas import rooms
 from recon.surface import _Evidence
 from recon.topology import topology
 
 
-def energy_of(evidence: _Evidence, sides: np.ndarray) -> float:
-    """By its definition, of a closed surface."""
+def shape_of(evidence: _Evidence, sides: np.ndarray, widest: float) -> tuple[float, int, np.ndarray]:
+    """Energy without topology, Euler number, and excess of every sample."""
     facets = evidence.between(sides)
+    facets = facets[evidence.gate.ravel()[facets] <= widest]
     faces = evidence.faces(facets)
-    excess = repair.excesses(evidence.ground, facets, np.inf, 1)
+    excess = repair.excesses(evidence.ground, facets, widest, 1)
     walls = sum(terms.wall(evidence.points, evidence.spacing, *face) for face in faces)
-    samples = terms.BURIED * (excess < 0).sum() + terms.PINCH * excess[excess > 0].sum()
-    pieces = components.count_components(evidence.links, sides)
-    return walls + samples + terms.TOPOLOGY * (2 * pieces - topology(faces).euler / 2)
+    return (
+        walls + terms.BURIED * (excess < 0).sum() + terms.PINCH * excess[excess > 0].sum(),
+        topology(faces).euler,
+        excess,
+    )
+
+
+def energy_of(evidence: _Evidence, sides: np.ndarray) -> float:
+    """All of it, of a closed surface."""
+    energy, euler, _ = shape_of(evidence, sides, np.inf)
+    return energy + terms.TOPOLOGY * (2 * components.count_components(evidence.links, sides) - euler / 2)
 
 
 def evidence_of(points: np.ndarray, threads: int = 1) -> tuple[_Evidence, np.ndarray]:
@@ -60,6 +70,31 @@ def test_the_outcome_is_no_worse_than_that_of_any_search(monkeypatch):
     assert (several < np.min(single, axis=0) - 1e-9).any()
 
 
+@pytest.mark.parametrize("widest", [np.inf, 1.5])
+@pytest.mark.parametrize("seed", range(3))
+def test_a_flip_changes_the_energy_by_what_it_says_and_can_be_taken_back(seed, widest):
+    rng = np.random.default_rng(seed)
+    evidence, sides = evidence_of(datasets_synthetic.surface("torus").sample(150, rng=seed).points)
+    ground, scratch, before = evidence.ground, rooms(evidence.stars[0]), np.empty(4, np.int32)
+    energy, euler, excess = shape_of(evidence, sides, widest)
+    for _ in range(150):
+        beside = np.flatnonzero(
+            (sides[evidence.links[: len(evidence.cells)]] != sides[: len(evidence.cells), None]).any(axis=1)
+        )
+        x = int(rng.choice(beside) if rng.random() < 0.8 else rng.integers(len(evidence.cells)))
+        was, held = sides.copy(), excess.copy()
+        change, turned = terms.flip(ground, scratch, np.float32(widest), sides, x, excess, before)
+        after, chi, found = shape_of(evidence, sides, widest)
+        np.testing.assert_array_equal(excess, found)
+        assert (change, turned) == (pytest.approx(after - energy, abs=1e-6), chi - euler)
+        if rng.random() < 0.3:
+            terms.flip_back(evidence.nodes, sides, x, excess, before)
+            np.testing.assert_array_equal(sides, was)
+            np.testing.assert_array_equal(excess, held)
+        else:
+            energy, euler = after, chi
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_every_place_is_taken_from_the_better_outcome(seed):
     """Against all ways to choose, where no place changes the number of components."""
@@ -85,7 +120,7 @@ def test_every_place_is_taken_from_the_better_outcome(seed):
             way[place] ^= 1
         ways.append(energy_of(evidence, way))
     excess = repair.excesses(evidence.ground, evidence.between(sides), np.inf, 1)
-    crossover.take_better(evidence.ground, sides, others, excess)
+    crossover.take_better(evidence.ground, np.float32(np.inf), sides, others, excess)
     assert energy_of(evidence, sides) == pytest.approx(min(ways), abs=1e-9)
     np.testing.assert_array_equal(excess, repair.excesses(evidence.ground, evidence.between(sides), np.inf, 1))
 

@@ -36,27 +36,30 @@ def places(nodes, n, sides, others):
 
 
 @kernel
-def take_better(ground, sides, others, excess):
+def take_better(ground, widest, sides, others, excess):
     """Take from `others`, in place, each place that lowers the energy."""
     _, _, nodes, links, _, starts, _ = ground
     n, N = len(starts) - 1, len(nodes)
     scratch = rooms(starts)
     component, size, body = np.empty(N, np.int32), np.empty(N + 1, np.int64), min(ISLAND, BODY * N)
-    pieces = number_components(links, sides, component, size)
-    bodies = (size[:pieces] >= body).sum()
+    pieces = bodies = count = large = 0
+    if widest == np.inf:
+        pieces = number_components(links, sides, component, size)
+        bodies = (size[:pieces] >= body).sum()
     apart, first = places(nodes, n, sides, others)
     for i in range(len(first) - 1):
         place = apart[first[i] : first[i + 1]]
         before = np.empty((len(place), 4), np.int32)
         energy, chi = 0.0, 0
         for j, x in enumerate(place):
-            change, turned = flip(ground, scratch, np.inf, sides, x, excess, before[j])
+            change, turned = flip(ground, scratch, widest, sides, x, excess, before[j])
             energy += change
             chi += turned
-        count = number_components(links, sides, component, size)
-        large = (size[:count] >= body).sum()
+        if widest == np.inf:
+            count = number_components(links, sides, component, size)
+            large = (size[:count] >= body).sum()
         # two bodies that become one are nothing gained
-        if energy + topology(count - pieces + max(bodies - large, 0), chi, np.inf) < -1e-9:
+        if energy + topology(count - pieces + max(bodies - large, 0), chi, widest) < -1e-9:
             pieces, bodies = count, large
         else:
             for j in range(len(place) - 1, -1, -1):

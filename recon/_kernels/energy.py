@@ -95,19 +95,24 @@ def flip(ground, scratch, widest, sides, x, excess, before):
     points, spacing, nodes, links, gate = ground[:5]
     n = len(points)
     energy, chi = 0.0, 0
+    wall_of, narrow_of = 0, 0  # bit k: gate k of x is narrow, and the surface passes there
     for k in range(4):
         if gate[x, k] > widest:
             continue
+        narrow_of |= 1 << k
         i, j, l = nodes[x, (k + 1) & 3], nodes[x, (k + 2) & 3], nodes[x, (k + 3) & 3]
         if sides[links[x, k]] == sides[x]:
             chi += 1
             energy += wall(points, spacing, i, j, l)
         else:
+            wall_of |= 1 << k
             chi -= 1
             energy -= wall(points, spacing, i, j, l)
+    around = 0  # two bits for each edge (i, j), i < j, at 4 i + j: surface facets there, up to 3
     for i in range(4):
         for j in range(i + 1, 4):
             facets, one, two = edge_facets(nodes, links, gate, sides, widest, x, i, j)
+            around |= min(facets, 3) << 2 * (4 * i + j)
             k = 0
             while k == i or k == j:
                 k += 1
@@ -122,10 +127,30 @@ def flip(ground, scratch, widest, sides, x, excess, before):
         v = nodes[x, k]
         if v < n:
             before[k] = old = excess[v]
+            if slides(wall_of, narrow_of, around, k):
+                continue
             excess[v] = new = umbrellas(ground, scratch, widest, sides, v)
             energy += (BURIED if new < 0 else PINCH * new) - (BURIED if old < 0 else PINCH * old)
             chi += (new >= 0) - (old >= 0)
     return energy, chi
+
+
+@kernel(inline="always")
+def slides(wall_of, narrow_of, around, k):
+    """Whether an umbrella at corner k of a node merely slides over it: onto one more edge that had no facets, or off one that had two."""
+    if narrow_of | 1 << k != 15:
+        return False
+    walls, which = 0, 6 - k  # which: the corner whose facet is alone in being of the surface, or in not being so
+    for j in range(4):
+        if j != k and wall_of >> j & 1:
+            walls += 1
+            which -= j
+    if walls == 1:
+        which = 6 - k - which
+    elif walls != 2:
+        return False
+    i, j = min(k, which), max(k, which)
+    return around >> 2 * (4 * i + j) & 3 == (0 if walls == 1 else 2)
 
 
 @kernel
