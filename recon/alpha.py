@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .boundary import Boundary, boundary_at
 from .choice import Choice, choices
-from .contracts import InvalidInput, as_floats, as_points, require, shown
+from .contracts import InvalidInput, as_alpha, as_alphas, as_points, require, shown
 from .intervals import Family
 from .location import find_simplices
 from .orthocenters import orthocenters
@@ -93,7 +93,7 @@ class AlphaComplex:
 
     def classify(self, k: int, alpha: float = 0.0) -> NDArray[np.int8]:
         """Classify every k-simplex at alpha [L^2] by table 5.1 (s,): EXTERIOR, SINGULAR, REGULAR or INTERIOR."""
-        level, alpha = self._family.level(self._dimension(k)), _as_alpha(alpha)
+        level, alpha = self._family.level(self._dimension(k)), as_alpha(alpha)
         classes = np.full(len(level.rho), EXTERIOR)
         if k == self.dimension:
             classes[level.rho <= alpha] = INTERIOR
@@ -168,7 +168,7 @@ class AlphaComplex:
             vertices = sorted({index(row) for row in simplex})
         except TypeError as error:
             raise InvalidInput(f"simplex: expected input rows, got {shown(simplex)}") from error
-        k, alpha = len(vertices) - 1, _as_alpha(alpha)
+        k, alpha = len(vertices) - 1, as_alpha(alpha)
         if not 0 <= k <= self.dimension:
             raise InvalidInput(f"simplex: expected 1 to {self.dimension + 1} input rows, got {shown(simplex)}")
         if not (self.simplices(k) == vertices).all(axis=1).any():
@@ -194,7 +194,7 @@ class AlphaComplex:
         -------
         Boundary
         """
-        return boundary_at(self._family, _as_alpha(alpha))
+        return boundary_at(self._family, as_alpha(alpha))
 
     # --- all alphas at once
 
@@ -205,7 +205,7 @@ class AlphaComplex:
 
     def f_vector(self, alpha: ArrayLike = 0.0) -> NDArray[np.int64]:
         """Count the simplices of K_alpha of each dimension 0 .. d: (d+1,), or (a, d+1) for a alphas [L^2]."""
-        alphas = _as_alphas(alpha)
+        alphas = as_alphas(alpha)
         counts = [np.searchsorted(self._sorted_entries(k), alphas, side="right") for k in range(self.dimension + 1)]
         return np.stack(counts, axis=-1)
 
@@ -228,7 +228,7 @@ class AlphaComplex:
         -------
         (d,) or (a, d) ndarray of int64
         """
-        alphas, d = _as_alphas(alpha), self.dimension
+        alphas, d = as_alphas(alpha), self.dimension
         numbers = np.zeros((*alphas.shape, max(1, d)), np.int64)
         for k in range(max(1, d)):
             if not (d == 3 and k == 1):
@@ -392,19 +392,3 @@ def alpha_complex(
             raise InvalidInput("weights: given twice, as the triangulation has its own")
         return AlphaComplex(points_or_triangulation)
     return AlphaComplex(regular_triangulation(points_or_triangulation, weights))
-
-
-def _as_alpha(alpha: float) -> float:
-    """Let one alpha through: any number, infinite too."""
-    alphas = _as_alphas(alpha)
-    if alphas.ndim:
-        raise InvalidInput(f"alpha: expected one number, got shape {alphas.shape}")
-    return float(alphas)
-
-
-def _as_alphas(alpha: ArrayLike) -> NDArray[np.float64]:
-    """Let one or several alphas through."""
-    alphas = as_floats(alpha, "alpha")
-    if np.asarray(alpha).dtype == bool or np.isnan(alphas).any():
-        raise InvalidInput(f"alpha: expected numbers, got {shown(alpha)}")
-    return alphas

@@ -164,6 +164,22 @@ def as_whole(value: Any, name: str, least: int, most: float = math.inf) -> int:
     raise InvalidInput(f"{name}: expected a whole number, {wanted}, got {shown(value)}")
 
 
+def as_alpha(alpha: float) -> float:
+    """Let one alpha through: any number, infinite too."""
+    alphas = as_alphas(alpha)
+    if alphas.ndim:
+        raise InvalidInput(f"alpha: expected one number, got shape {alphas.shape}")
+    return float(alphas)
+
+
+def as_alphas(alpha: ArrayLike) -> NDArray[np.float64]:
+    """Let one or several alphas through."""
+    alphas = as_floats(alpha, "alpha")
+    if np.asarray(alpha).dtype == bool or np.isnan(alphas).any():
+        raise InvalidInput(f"alpha: expected numbers, got {shown(alpha)}")
+    return alphas
+
+
 def as_flag(value: Any, name: str, wanted: str = "True or False") -> bool:
     """Validate True or False, Python's or numpy's; nothing else has a truth here.
 
