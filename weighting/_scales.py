@@ -35,62 +35,62 @@ GRAM = np.array(  # which moment each entry of the normal matrix is; order 1 u v
 
 
 @kernel(inline="always")
-def add(moment, u, v, h):
-    """Add a sample to the moments of a fit."""
+def add(moment, level, u, v, h):
+    """Add a sample to the moments of a level. (A row of an array, handed over, is counted: too slow here.)"""
     uu, uv, vv = u * u, u * v, v * v
-    moment[0] += 1.0
-    moment[1] += u
-    moment[2] += v
-    moment[3] += uu
-    moment[4] += uv
-    moment[5] += vv
-    moment[6] += uu * u
-    moment[7] += uu * v
-    moment[8] += u * vv
-    moment[9] += vv * v
-    moment[10] += uu * uu
-    moment[11] += uu * uv
-    moment[12] += uu * vv
-    moment[13] += uv * vv
-    moment[14] += vv * vv
-    moment[15] += h
-    moment[16] += u * h
-    moment[17] += v * h
-    moment[18] += uu * h
-    moment[19] += uv * h
-    moment[20] += vv * h
-    moment[21] += h * h
+    moment[level, 0] += 1.0
+    moment[level, 1] += u
+    moment[level, 2] += v
+    moment[level, 3] += uu
+    moment[level, 4] += uv
+    moment[level, 5] += vv
+    moment[level, 6] += uu * u
+    moment[level, 7] += uu * v
+    moment[level, 8] += u * vv
+    moment[level, 9] += vv * v
+    moment[level, 10] += uu * uu
+    moment[level, 11] += uu * uv
+    moment[level, 12] += uu * vv
+    moment[level, 13] += uv * vv
+    moment[level, 14] += vv * vv
+    moment[level, 15] += h
+    moment[level, 16] += u * h
+    moment[level, 17] += v * h
+    moment[level, 18] += uu * h
+    moment[level, 19] += uv * h
+    moment[level, 20] += vv * h
+    moment[level, 21] += h * h
 
 
 @kernel
-def fit(moment, factor, half):
-    """Variance of the distance to the quadric by these moments, by Cholesky; -1 where they do not determine it."""
-    if moment[0] < LEAST:
+def fit(moment, level, factor, half):
+    """Variance of the distance to the quadric by the moments of a level, by Cholesky; -1 where they do not determine it."""
+    if moment[level, 0] < LEAST:
         return -1.0
     explained = 0.0
     for a in range(TERMS):
         for b in range(a + 1):
-            value = moment[GRAM[a, b]]
+            value = moment[level, GRAM[a, b]]
             for c in range(b):
                 value -= factor[a, c] * factor[b, c]
             if b < a:
                 factor[a, b] = value / factor[b, b]
-            elif value > SINGULAR * moment[GRAM[a, a]]:
+            elif value > SINGULAR * moment[level, GRAM[a, a]]:
                 factor[a, a] = math.sqrt(value)
             else:
                 return -1.0
-        value = moment[15 + a]
+        value = moment[level, 15 + a]
         for c in range(a):
             value -= factor[a, c] * half[c]
         half[a] = value / factor[a, a]
         explained += half[a] * half[a]
-    return max(moment[21] - explained, 0.0) / (moment[0] - TERMS)
+    return max(moment[level, 21] - explained, 0.0) / (moment[level, 0] - TERMS)
 
 
 @kernel(inline="always")
-def within(left, moment, most, slack):
-    """Whether a misfit is no more than `most`, by so many standard deviations."""
-    return left <= most * (1.0 + slack * math.sqrt(2.0 / (moment[0] - TERMS)))
+def within(left, count, most, slack):
+    """Whether the misfit of so many samples is no more than `most`, by so many standard deviations."""
+    return left <= most * (1.0 + slack * math.sqrt(2.0 / (count - TERMS)))
 
 
 @kernel
@@ -137,7 +137,8 @@ def fit_scales(
     seen = np.full(n, -1, np.int64)
     queue, distance, local = np.empty(CROWD, np.int64), np.empty(CROWD), np.zeros((CROWD, 3))
     moment = np.empty((levels + WIDER, MOMENTS))
-    factor, half, beyond = np.empty((TERMS, TERMS)), np.empty(TERMS), np.empty(TERMS)
+    factor, half = np.empty((TERMS, TERMS)), np.empty(TERMS)
+    solution, beyond = np.empty(TERMS), np.empty(TERMS)
     for row in range(len(rows)):
         i = rows[row]
         chosen[i] = -1
@@ -200,20 +201,22 @@ def fit_scales(
             while level < depth and square > limit:
                 level, limit = level + 1, 2.0 * limit
             if level < depth:
-                add(moment[level], u, v, h)
+                add(moment, level, u, v, h)
         frame[i, 0], frame[i, 1], frame[i, 2] = nx, ny, nz
         beyond[:] = 0.0
         for level in range(depth):
             if level > 0:
                 for a in range(MOMENTS):
                     moment[level, a] += moment[level - 1, a]
-            left = fit(moment[level], factor, half)
+            left = fit(moment, level, factor, half)
             if not left >= 0.0:
                 continue
             variance[row, level] = left * unit * unit
-            if within(left, moment[level], most, slack):
+            if within(left, moment[level, 0], most, slack):
                 chosen[i] = level
-                coefficients(factor, half, noise_sq, frame[i, 3:9])
+                coefficients(factor, half, noise_sq, solution)
+                for a in range(TERMS):
+                    frame[i, 3 + a] = solution[a]
                 beyond[:] = 0.0
             elif level == chosen[i] + 1:
                 coefficients(factor, half, noise_sq, beyond)
@@ -230,18 +233,21 @@ def fit_scales(
         cos, sin = math.cos(angle), math.sin(angle)
         limit, longer_sq = near_sq * 2.0 ** chosen[i], 2.0
         while limit * longer_sq <= widest:
-            moment[0] = 0.0
+            for a in range(MOMENTS):
+                moment[0, a] = 0.0
             for j in range(size):
                 u, v, h = local[j, 0], local[j, 1], local[j, 2]
                 along, across = u * cos + v * sin, v * cos - u * sin
                 square = along * along / longer_sq + across * across
                 if square + max(h * h - DISCOUNT * noise_sq, 0.0) <= limit:
-                    add(moment[0], u, v, h)
-            left = fit(moment[0], factor, half)
-            if not (left >= 0.0 and within(left, moment[0], most, slack)):
+                    add(moment, 0, u, v, h)
+            left = fit(moment, 0, factor, half)
+            if not (left >= 0.0 and within(left, moment[0, 0], most, slack)):
                 break
             frame[i, 9], frame[i, 10], frame[i, 11] = cos, sin, longer_sq
-            coefficients(factor, half, noise_sq, frame[i, 3:9])
+            coefficients(factor, half, noise_sq, solution)
+            for a in range(TERMS):
+                frame[i, 3 + a] = solution[a]
             longer_sq *= 2.0
 
 
