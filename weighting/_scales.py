@@ -215,8 +215,6 @@ def fit_scales(
             if within(left, moment[level, 0], most, slack):
                 chosen[i] = level
                 coefficients(factor, half, noise_sq, solution)
-                for a in range(TERMS):
-                    frame[i, 3 + a] = solution[a]
                 beyond[:] = 0.0
             elif level == chosen[i] + 1:
                 coefficients(factor, half, noise_sq, beyond)
@@ -225,14 +223,12 @@ def fit_scales(
             continue
         # longer where it bends least
         fall, twist = beyond[3] - beyond[5], beyond[4]
-        if fall == 0.0 and twist == 0.0:
-            continue
         angle = 0.5 * math.atan2(twist, fall)  # of the greatest second derivative
         if beyond[3] + beyond[5] > 0.0:
             angle += 0.5 * math.pi
         cos, sin = math.cos(angle), math.sin(angle)
         limit, longer_sq = near_sq * 2.0 ** chosen[i], 2.0
-        while limit * longer_sq <= widest:
+        while (fall != 0.0 or twist != 0.0) and limit * longer_sq <= widest:
             for a in range(MOMENTS):
                 moment[0, a] = 0.0
             for j in range(size):
@@ -246,9 +242,9 @@ def fit_scales(
                 break
             frame[i, 9], frame[i, 10], frame[i, 11] = cos, sin, longer_sq
             coefficients(factor, half, noise_sq, solution)
-            for a in range(TERMS):
-                frame[i, 3 + a] = solution[a]
             longer_sq *= 2.0
+        for a in range(TERMS):
+            frame[i, 3 + a] = solution[a]
 
 
 @kernel

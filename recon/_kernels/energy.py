@@ -95,7 +95,7 @@ def flip(ground, scratch, widest, sides, x, excess, before):
     points, spacing, nodes, links, gate = ground[:5]
     n = len(points)
     energy, chi = 0.0, 0
-    wall_of, narrow_of = 0, 0  # bit k: gate k of x is narrow, and the surface passes there
+    narrow_of, wall_of = 0, 0  # bit k: gate k of x is narrow; and the surface passes there
     for k in range(4):
         if gate[x, k] > widest:
             continue
@@ -127,7 +127,7 @@ def flip(ground, scratch, widest, sides, x, excess, before):
         v = nodes[x, k]
         if v < n:
             before[k] = old = excess[v]
-            if slides(wall_of, narrow_of, around, k):
+            if slides(narrow_of, wall_of, around, k):
                 continue
             excess[v] = new = umbrellas(ground, scratch, widest, sides, v)
             energy += (BURIED if new < 0 else PINCH * new) - (BURIED if old < 0 else PINCH * old)
@@ -136,26 +136,25 @@ def flip(ground, scratch, widest, sides, x, excess, before):
 
 
 @kernel(inline="always")
-def slides(wall_of, narrow_of, around, k):
+def slides(narrow_of, wall_of, around, k):
     """Whether an umbrella at corner k of a node merely slides over it: onto one more edge that had no facets, or off one that had two."""
     if narrow_of | 1 << k != 15:
         return False
-    walls, which = 0, 6 - k  # which: the corner whose facet is alone in being of the surface, or in not being so
+    walls, wall_at, gap_at = 0, k, k
     for j in range(4):
         if j != k and wall_of >> j & 1:
-            walls += 1
-            which -= j
-    if walls == 1:
-        which = 6 - k - which
-    elif walls != 2:
+            walls, wall_at = walls + 1, j
+        elif j != k:
+            gap_at = j
+    if walls == 0 or walls == 3:
         return False
-    i, j = min(k, which), max(k, which)
-    return around >> 2 * (4 * i + j) & 3 == (0 if walls == 1 else 2)
+    other = wall_at if walls == 1 else gap_at
+    return around >> 2 * (4 * min(k, other) + max(k, other)) & 3 == (0 if walls == 1 else 2)
 
 
 @kernel
 def flip_back(nodes, sides, x, excess, before):
-    """Take back the latest flip that was not, of node x."""
+    """Take back the flip of node x, the latest of those that still stand."""
     sides[x] ^= 1
     for k in range(4):
         if nodes[x, k] < len(excess):
