@@ -9,8 +9,9 @@ from .between import facets_between
 from .regular import OUTWARD
 from .topology import HalfEdges
 
-THIN = 2 * np.pi  # longest loop around a thin handle, that of a circle with a radius of one spacing [local spacings]
-EDGES = 8  # of such a loop, at most
+THIN = 5 * np.pi
+EDGES = 16
+STARTS = (2,)
 SHALLOW = 2.0  # trust of the poles of its samples, at most
 
 
@@ -19,7 +20,6 @@ def cut_thin_handles(
     sides: NDArray[np.int8],
     poles: tuple[NDArray, NDArray, NDArray],
     excess: NDArray[np.int32],
-    pieces: int,
     threads: int | None,
 ) -> int:
     """Cut the thin handles of a closed surface that cost nothing, in place.
@@ -32,8 +32,6 @@ def cut_thin_handles(
     poles : (n,) ndarrays of int32, int32, float32
     excess : (n,) ndarray of int32
         Kept up to date.
-    pieces : int
-        Components of nodes of one side.
     threads : int or None
 
     Returns
@@ -48,8 +46,11 @@ def cut_thin_handles(
     n = len(points)
     pole, anti, trust = poles
     scratch, idle = umbrellas.rooms(starts), np.full(len(nodes), -1, np.int32)
-    cut = 0
+    cut, turn = 0, 0
+    tried: dict[bytes, int] = {}  # turn in which a loop was last tried,
+    stirred = np.zeros(n, np.int64)  # and in which something was cut near a sample
     while True:
+        turn += 1
         faces = forest.corners_of(nodes, facets_between(links, sides, len(gate), threads), OUTWARD)
         shallow = (trust < SHALLOW) | (sides[pole] == sides[anti])
         among = _beyond_disks(faces, shallow)
@@ -57,17 +58,17 @@ def cut_thin_handles(
             return cut
         used = np.zeros(n, bool)
         used[faces.ravel()] = True
-        if used.sum() - len(faces) // 2 == 2 * pieces - 2:
+        if used.sum() - len(faces) // 2 == 2 * components.count_components(links, sides) - 2:
             return cut  # its Euler number without handles
         touched = np.zeros(n, bool)
         for loop in _loops(faces, among):
             around = np.linalg.norm(points[loop] - points[np.roll(loop, 1)], axis=1).sum()
-            if around <= THIN * spacing[loop].mean():
-                for side in (0, 1):
-                    cut += cut_handle(ground, scratch, sides, excess, loop, side, (idle, touched))
+            if around <= THIN * spacing[loop].mean() and tried.get(loop.tobytes(), -1) < stirred[loop].max():
+                tried[loop.tobytes()] = turn
+                cut += cut_handle(ground, scratch, sides, excess, loop, pole, anti, (idle, touched))
         if not touched.any():
             return cut
-        pieces = components.count_components(links, sides)
+        stirred[touched] = turn + 1
 
 
 def _beyond_disks(faces: NDArray[np.integer], among: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -57,27 +57,33 @@ def repair(
     if widest == np.inf:
         over_ranges(lambda *part: kernels.thin_spots(nodes, links, gate, sides, *part, thin), m, threads)
     excess = excesses(ground, facets, widest, threads)
-    turns = max(1, min(TURNS, SMALL // n))
-    if turns == 1:
-        return _search(ground, sides, poles, excess, thin, pieces, widest, 0, threads)
-
     number, component, size, queue = pieces
 
     def attempt(turn: int) -> tuple[NDArray[np.int8], NDArray[np.int32], int]:
-        mended, own = sides.copy(), (number, component.copy(), size.copy(), queue.copy())
-        return mended, *_search(ground, mended, poles, excess.copy(), thin, own, widest, turn, 1)
+        mended, found, own = sides.copy(), excess.copy(), (number, component.copy(), size.copy(), queue.copy())
+        return mended, found, _search(ground, mended, poles, found, thin, own, widest, turn)
 
-    best, found, moves = attempt(0)
-    if moves > 0:
-        attempts = over_ranges(lambda a, b: [attempt(turn + 1) for turn in range(a, b)], turns - 1, threads, 1)
-        for other, *_ in (one for some in attempts for one in some):
-            crossover.take_better(ground, np.float32(widest), best, other, found)
-        if widest == np.inf:
-            over_ranges(lambda *part: kernels.thin_spots(nodes, links, gate, best, *part, thin), m, threads)
-        number = components.number_components(links, best, component, size)
-        found, _ = _search(ground, best, poles, found, thin, (number, component, size, queue), widest, 0, threads)
-    sides[:] = best
-    return found, moves
+    turns = max(1, min(TURNS, SMALL // n))
+    if turns == 1:
+        moves = _search(ground, sides, poles, excess, thin, pieces, widest, 0)
+    else:
+        best, found, moves = attempt(0)
+        if moves > 0:
+            attempts = over_ranges(lambda a, b: [attempt(turn + 1) for turn in range(a, b)], turns - 1, threads, 1)
+            for other, *_ in (one for some in attempts for one in some):
+                crossover.take_better(ground, np.float32(widest), best, other, found)
+            if widest == np.inf:
+                over_ranges(lambda *part: kernels.thin_spots(nodes, links, gate, best, *part, thin), m, threads)
+            number = components.number_components(links, best, component, size)
+            _search(ground, best, poles, found, thin, (number, component, size, queue), widest, 0)
+            sides[:], excess = best, found
+    if widest < np.inf:
+        return excess, moves
+    cut_thin_handles(ground, sides, poles, excess, threads)
+    number = components.number_components(links, sides, component, size)
+    if kernels.absorb(nodes, links, gate, m, sides, component, size, number):
+        excess = excesses(ground, facets_between(links, sides, m, threads), widest, threads)
+    return excess, moves
 
 
 def _search(
@@ -89,23 +95,13 @@ def _search(
     pieces: tuple[int, NDArray, NDArray, NDArray],
     widest: float,
     turn: int,
-    threads: int | None,
-) -> tuple[NDArray[np.int32], int]:
-    """One local search, in place; of a closed surface thin handles are cut, and small islands absorbed."""
-    from ._kernels import components
-    from ._kernels import repair as kernels
+) -> int:
+    """One local search, in place; how many moves?"""
+    from ._kernels.repair import search
 
-    nodes, links, gate = ground[2:5]
-    number, component, size, queue = pieces
-    books = thin, np.zeros((3, len(nodes)), np.int64), excess, component, size, queue
-    moves, number = kernels.search(ground, sides, *poles[:2], np.float32(widest), ROUNDS, turn, *books, number)
-    if widest < np.inf:
-        return excess, moves
-    if cut_thin_handles(ground, sides, poles, excess, int(np.count_nonzero(size[:number])), threads):
-        number = components.number_components(links, sides, component, size)
-    if kernels.absorb(nodes, links, gate, len(gate), sides, component, size, number):
-        excess = excesses(ground, facets_between(links, sides, len(gate), threads), widest, threads)
-    return excess, moves
+    number, *parts = pieces
+    blank = np.zeros((3, len(sides)), np.int64)
+    return search(ground, sides, *poles[:2], np.float32(widest), ROUNDS, turn, thin, blank, excess, *parts, number)
 
 
 def flip_edges(

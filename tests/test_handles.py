@@ -6,6 +6,8 @@ import pytest
 import datasets_synthetic
 import recon
 import weighting
+from recon._kernels import energy
+from recon._kernels.least_walls import least_walls
 from recon.handles import EDGES, _beyond_disks, _loops, cut_thin_handles
 from recon.repair import excesses
 from recon.surface import _Evidence
@@ -85,13 +87,37 @@ def test_an_annulus_on_a_torus_is_no_disk():
     assert not _beyond_disks(faces, np.arange(72) < 5).any()
 
 
-def test_a_thin_handle_between_parts_that_pass_close_by_is_cut():
-    points = datasets_synthetic.surface("csg_part").sample(700, rng=1).points
-    result = recon.reconstruct(points, surface="closed", denoise=False)
-    t = topology(result.mesh.faces)
-    assert t.closed and t.manifold and t.oriented
-    assert t.euler == -2
-    assert result.report["mesh"]["share_of_points_used"] == 1
+def test_thin_handles_between_parts_that_pass_close_by_are_cut():
+    truth, right = datasets_synthetic.surface("csg_part"), 0
+    for seed in range(6):
+        result = recon.reconstruct(truth.sample(2000, rng=seed).points, surface="closed", denoise=False)
+        t = topology(result.mesh.faces)
+        assert t.closed and t.manifold and t.oriented
+        right += t.euler == truth.euler
+    assert right >= 5
+
+
+def bowl(samples: int, thick: float, seed: int) -> np.ndarray:
+    """A hemisphere with a wall so many spacings thick, and a flat rim."""
+    h = np.sqrt(2 * np.pi / samples)
+    inner = 1 - thick * h
+    parts = []
+    for radius, stream in ((1.0, seed), (inner, seed + 100)):
+        ball = datasets_synthetic.surface("sphere").sample(int(2 * samples * radius**2), spacing="blue", rng=stream)
+        parts.append(radius * ball.points[ball.points[:, 2] < 0])
+    rng = np.random.default_rng(seed)
+    rim = rng.uniform(inner**2, 1, int(np.pi * (1 - inner**2) / h**2)) ** 0.5
+    turn = rng.uniform(0, 2 * np.pi, len(rim))
+    return np.concatenate([*parts, np.c_[rim * np.cos(turn), rim * np.sin(turn), 0 * rim]])
+
+
+def test_tunnels_through_a_thin_wall_are_closed():
+    """Gaps between samples are as wide as the wall is thick, and make two tunnels or three."""
+    right = 0
+    for seed in range(6):
+        mesh = recon.reconstruct(bowl(3000, 1.6, seed), surface="closed").mesh
+        right += topology(mesh.faces).euler == 2
+    assert right >= 5
 
 
 @pytest.mark.parametrize("name", ["torus", "genus_2", "genus_3", "linked_tori"])
@@ -110,8 +136,40 @@ def test_cutting_keeps_the_books():
     ground = evidence.ground
     excess = excesses(ground, evidence.between(sides), np.inf, 1)
     before, given = sides.copy(), excess.copy()
-    grown = cut_thin_handles(ground, sides, evidence.poles, excess, evidence.pieces(sides)[0], 1)
+    grown = cut_thin_handles(ground, sides, evidence.poles, excess, 1)
     assert (excess == excesses(ground, evidence.between(sides), np.inf, 1)).all()
     assert (excess < 0).sum() + excess[excess > 0].sum() <= (given < 0).sum() + given[given > 0].sum()
     assert grown > 0
     assert (before != sides).any()
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_least_walls_are_those_of_all_ways_to_choose(seed):
+    """Ten cells next to each other, two of them held: 256 ways, of which the best is unique."""
+    rng = np.random.default_rng(seed)
+    points = rng.normal(size=(60, 3))
+    evidence = _Evidence(recon.regular_triangulation(points), weighting.spacing(points), True, 1)
+    nodes, links, m = evidence.nodes, evidence.links, len(evidence.cells)
+    sides = (rng.random(len(nodes)) < 0.5).astype(np.int8)
+    near = [int(rng.integers(m))]
+    while len(near) < 10:
+        beside = [y for y in links[near[rng.integers(len(near))]] if y < m and y not in near]
+        near += [int(beside[0])] if beside else []
+    held = np.arange(10) < 2
+    number = np.full(len(nodes), -1)
+    number[near] = np.arange(10)
+
+    def walls(labels: np.ndarray) -> float:
+        facets = evidence.between(labels)
+        return sum(energy.wall(evidence.points, evidence.spacing, *face) for face in evidence.faces(facets))
+
+    costs = {}
+    for choice in range(256):
+        labels = sides.copy()
+        labels[np.array(near)[2:]] = choice >> np.arange(8) & 1
+        costs[choice] = walls(labels)
+    labels = sides.copy()
+    for x in least_walls(evidence.ground, sides, number, np.array(near), held):
+        labels[x] ^= 1
+    np.testing.assert_array_equal(labels[near[:2]], sides[near[:2]])
+    assert walls(labels) == pytest.approx(min(costs.values()), rel=1e-12)

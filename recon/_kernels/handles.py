@@ -7,11 +7,11 @@ import numpy as np
 from .chance import word
 from .compile import kernel
 from .energy import TOPOLOGY, WALL, flip, flip_back
+from .least_walls import least_walls
 from .union import root
 
-STEPS = 120  # flips from a plug on, at most,
+STEPS = 120  # flips from the least walls on, at most,
 HOPELESS = 12.0  # and energy above the best at which it is given up
-PLUG = 2  # corners on the loop of the nodes that are flipped first
 
 
 @kernel
@@ -152,48 +152,61 @@ def loops_from(ends, starts, around, words, longest):
 
 
 @kernel
-def cut_handle(ground, scratch, sides, excess, loop, side, work):
+def cells_near(ground, loop, number):
+    """The cells around samples that share one with a sample of the loop; number (N,): -1, it gets the place of each."""
+    nodes, _, gate, starts, star = ground[2:]
+    n, samples = len(starts) - 1, loop.copy()
+    near = [np.int64(0) for _ in range(0)]
+    for _ in range(2):
+        for v in samples:
+            for i in range(starts[v] if v < n else 0, starts[v + 1] if v < n else 0):
+                if star[i] < len(gate) and number[star[i]] < 0:
+                    number[star[i]] = len(near)
+                    near.append(np.int64(star[i]))
+        samples = np.unique(nodes[np.array(near)].ravel()).astype(np.int64)
+    return near
+
+
+@kernel
+def held(nodes, sides, pole, anti, number, near):
+    """Which of the nodes `near` are poles that lie apart? They stay, so that no sample is buried."""
+    holds = np.zeros(len(near), np.bool_)
+    for v in np.unique(nodes[np.array(near)].ravel()):
+        if v < len(pole) and sides[pole[v]] != sides[anti[v]]:
+            for x in (pole[v], anti[v]):
+                if number[x] >= 0:
+                    holds[number[x]] = True
+    return holds
+
+
+@kernel
+def cut_handle(ground, scratch, sides, excess, loop, pole, anti, work):
     """Cut the handle within a loop, or the one around it, if that costs nothing; returns the change of the Euler number.
 
-    The nodes of one side at the loop are flipped, whatever it costs: a plug. From there on the best flip next to the
-    surface is taken, each node once, and of all states that have fewer handles the one of least energy is kept. It must
-    bury or pinch no sample more than before, cut off no island, and add no more wall than one facet with a radius of one
+    The cells near the loop get the sides between which walls are least, poles as they are. Where that leaves fewer handles, the best
+    flip next to the surface is taken, again and again, each node once, and of all states that have fewer handles the one of least energy is kept.
+    It must bury or pinch no sample more than before, cut off no island, and add no more wall than one facet with a radius of one
     spacing for each handle. work: number (N,) of each node in the search, -1; `touched` (n,): samples at cuts made.
     """
     nodes, links, gate, starts, star = ground[2:]
     number, touched = work
-    n, m, widest = len(starts) - 1, len(gate), np.float32(np.inf)
-    near = [np.int64(0) for _ in range(0)]  # nodes at the loop, then their neighbours
+    n, widest = len(starts) - 1, np.float32(np.inf)
     for v in loop:
         if touched[v]:
             return 0
-    for ring in range(2):
-        if ring == 0:
-            samples = loop.copy()
-        else:
-            at_loop = len(near)
-            samples = np.unique(nodes[np.array(near)].ravel()).astype(np.int64)
-        for v in samples:
-            for i in range(starts[v] if v < n else 0, starts[v + 1] if v < n else 0):
-                if star[i] < m and number[star[i]] < 0:
-                    number[star[i]] = len(near)
-                    near.append(np.int64(star[i]))
+    near = cells_near(ground, loop, number)
     ended = islands(links, sides, number, near)
     chain = [np.int64(0) for _ in range(0)]
-    before = np.empty((at_loop + STEPS + 1, 4), np.int32)
+    before = np.empty((len(near) + STEPS + 1, 4), np.int32)
     energy, chi = 0.0, 0
-    for x in near[:at_loop]:
-        corners = 0
-        for k in range(4):
-            corners += (loop == nodes[x, k]).any()
-        if sides[x] == side and corners >= PLUG:
-            change, turned = flip(ground, scratch, widest, sides, x, excess, before[len(chain)])
-            energy += change
-            chi += turned
-            chain.append(x)
+    for x in least_walls(ground, sides, number, near, held(nodes, sides, pole, anti, number, near)):
+        change, turned = flip(ground, scratch, widest, sides, x, excess, before[len(chain)])
+        energy += change
+        chi += turned
+        chain.append(x)
     gain, fresh, free = np.zeros(len(near)), np.ones(len(near), np.bool_), np.ones(len(near), np.bool_)
     best, length, handles = 0.0, 0, 0
-    for _ in range(STEPS):
+    for _ in range(STEPS if chi > 0 else 0):
         total = energy - TOPOLOGY * chi / 2
         if chi > 0 and total < best and energy <= WALL * chi / 2:
             best, length, handles = total, len(chain), chi
