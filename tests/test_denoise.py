@@ -73,6 +73,19 @@ def test_two_sheets_that_share_their_neighbourhoods_are_not_noise(apart):
     np.testing.assert_array_equal(clean_samples(clean, None, None).points, clean)
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_thin_walls_beside_clean_faces_are_not_noise(seed):
+    """Fins 0.9 spacings thick on a plate: a stretch of samples lies on both."""
+    rng, count, high, samples = np.random.default_rng(seed), 8, 0.2, 6000
+    h = np.sqrt((1 + 2 * count * high) / samples)
+    parts = [np.c_[rng.random((int(1 / h**2), 2)), np.zeros(int(1 / h**2))]]
+    for place in (np.arange(count)[:, None] + 0.5) / count + 0.45 * h * np.array([-1, 1]):
+        for x in place:
+            k = int(high / h**2)
+            parts.append(np.c_[np.full(k, x), rng.random(k), high * rng.random(k)])
+    assert weighting.scatter(np.concatenate(parts)).noisy < 0.25
+
+
 @pytest.mark.parametrize("kind", ["normal", "uniform", "triangular"])
 def test_a_thick_sheet_is_noise_whatever_its_distribution(kind):
     points, rng = two_sheets(0.0, 0.0, n=3000)[0], np.random.default_rng(2)

@@ -37,9 +37,10 @@ LEAST, SPREAD, GROWTH = 0.05, 1.5, 1.5
 # It is the core of a noisy region where MOSTLY of the stretches around are noisy; and noise reaches from there as far as it can
 # explain the misfits: chi^2 over its 6 degrees of freedom is less than EXPLAINED for 2 samples in 100 alone.
 MOSTLY, EXPLAINED = 0.5, 0.2
-# And no stretch is noisy that is layered. Kurtosis of the distances from fits to some 50 samples: noise has 3, no distribution
-# with one peak, and symmetric, less than 1.8, two sheets 1; and the fits, which every sample pulls by a twelfth, leave
-# (11/12)^2 of what is missing to 3. This is halfway between what they make of the latter two, 2.0 and 1.3.
+# And no stretch is noisy that is layered. Kurtosis of the distances from fits to some 50 samples, each in the misfit of its fit, so that
+# it does not matter how far apart the sheets are; fits better than LEAST, to clean faces beside them, do not count. Noise has
+# 3, no distribution with one peak, and symmetric, less than 1.8, two sheets 1; and the fits, which every sample pulls by
+# a twelfth, leave (11/12)^2 of what is missing to 3. This is halfway between what they make of the latter two, 2.0 and 1.3.
 LAYERED, LAYERS_SQ = 1.65, 4 * NEAR_SQ
 # Fits to 12 samples see no more than 0.7 spacings of noise, of however much there is, and 0.43 of half a spacing. So above
 # RESOLVED they do not see all of it, and fewer samples, wider apart, are looked at; but no fewer than ENOUGH.
@@ -240,10 +241,10 @@ def _layered(cloud: Linked, rows: NDArray[np.int64], near: NDArray[np.int64], th
     """Do the samples around each lie on either side of what is fitted to them, rather than on it?"""
     n = len(cloud.points)
     chosen, frame = np.full(n, -1, np.int8), np.empty((n, FRAME))
-    _fit(cloud, np.zeros(n), rows, 1, (chosen, frame), threads, np.full(n, np.inf), LAYERS_SQ)
-    fitted = chosen[rows] >= 0
-    off_sq = np.where(fitted, frame[rows, 3] ** 2, 0.0)[near]
-    return np.asarray(fitted[near].sum(axis=1) * (off_sq**2).sum(axis=1) < LAYERED * off_sq.sum(axis=1) ** 2)
+    misfit = _fit(cloud, np.zeros(n), rows, 1, (chosen, frame), threads, np.full(n, np.inf), LAYERS_SQ)[:, 0]
+    counts = misfit > (LEAST * cloud.near[rows]) ** 2
+    off_sq = np.divide(frame[rows, 3] ** 2, misfit, out=np.zeros(len(rows)), where=counts)[near]
+    return np.asarray(counts[near].sum(axis=1) * (off_sq**2).sum(axis=1) < LAYERED * off_sq.sum(axis=1) ** 2)
 
 
 def onto_surface(cloud: Linked, sigma: NDArray[np.float64], threads: int | None) -> NDArray[np.float64]:
