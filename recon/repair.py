@@ -61,11 +61,11 @@ def repair(
 
     def attempt(turn: int) -> tuple[NDArray[np.int8], NDArray[np.int32], int]:
         mended, found, own = sides.copy(), excess.copy(), (number, component.copy(), size.copy(), queue.copy())
-        return mended, found, _search(ground, mended, poles, found, thin, own, widest, turn)
+        return mended, found, _search(ground, mended, poles, found, thin, own, widest, turn, 1)
 
     turns = max(1, min(TURNS, SMALL // n))
     if turns == 1:
-        moves = _search(ground, sides, poles, excess, thin, pieces, widest, 0)
+        moves = _search(ground, sides, poles, excess, thin, pieces, widest, 0, threads)
     else:
         best, found, moves = attempt(0)
         if moves > 0:
@@ -75,14 +75,10 @@ def repair(
             if widest == np.inf:
                 over_ranges(lambda *part: kernels.thin_spots(nodes, links, gate, best, *part, thin), m, threads)
             number = components.number_components(links, best, component, size)
-            _search(ground, best, poles, found, thin, (number, component, size, queue), widest, 0)
-            sides[:], excess = best, found
-    if widest < np.inf:
-        return excess, moves
-    cut_thin_handles(ground, sides, poles, excess, threads)
-    number = components.number_components(links, sides, component, size)
-    if kernels.absorb(nodes, links, gate, m, sides, component, size, number):
-        excess = excesses(ground, facets_between(links, sides, m, threads), widest, threads)
+            _search(ground, best, poles, found, thin, (number, component, size, queue), widest, 0, threads)
+        sides[:], excess = best, found
+    if widest == np.inf and cut_thin_handles(ground, sides, poles, excess, threads):
+        _absorb(ground, sides, excess, component, size, threads)
     return excess, moves
 
 
@@ -95,13 +91,34 @@ def _search(
     pieces: tuple[int, NDArray, NDArray, NDArray],
     widest: float,
     turn: int,
+    threads: int | None,
 ) -> int:
-    """One local search, in place; how many moves?"""
+    """One local search, in place, and of a closed surface small islands absorbed; how many moves?"""
     from ._kernels.repair import search
 
-    number, *parts = pieces
-    blank = np.zeros((3, len(sides)), np.int64)
-    return search(ground, sides, *poles[:2], np.float32(widest), ROUNDS, turn, thin, blank, excess, *parts, number)
+    number, component, size, queue = pieces
+    books = thin, np.zeros((3, len(sides)), np.int64), excess, component, size, queue
+    moves = search(ground, sides, *poles[:2], np.float32(widest), ROUNDS, turn, *books, number)
+    if widest == np.inf:
+        _absorb(ground, sides, excess, component, size, threads)
+    return moves
+
+
+def _absorb(
+    ground: tuple[NDArray, ...],
+    sides: NDArray[np.int8],
+    excess: NDArray[np.int32],
+    component: NDArray[np.int32],
+    size: NDArray[np.int64],
+    threads: int | None,
+) -> None:
+    """Give small pieces that are no voids to the other side, in place."""
+    from ._kernels import components, repair
+
+    nodes, links, gate = ground[2:5]
+    number = components.number_components(links, sides, component, size)
+    if repair.absorb(nodes, links, gate, len(gate), sides, component, size, number):
+        excess[:] = excesses(ground, facets_between(links, sides, len(gate), threads), np.inf, threads)
 
 
 def flip_edges(

@@ -64,7 +64,7 @@ def test_the_outcome_is_no_worse_than_that_of_any_search(monkeypatch):
     monkeypatch.setattr(repair, "TURNS", 1)
     single = []
     for turn in range(4):
-        monkeypatch.setattr(repair, "_search", lambda *given, turn=turn: search(*given[:7], turn))
+        monkeypatch.setattr(repair, "_search", lambda *given, turn=turn: search(*given[:7], turn, *given[8:]))
         single.append([mended(points)[0] for points in clouds])
     assert (several <= np.min(single, axis=0) + 1e-9).all()
     assert (several < np.min(single, axis=0) - 1e-9).any()
