@@ -257,7 +257,7 @@ def main() -> None:
             result = {"contender": contender, "source": case.source, "condition": case.condition, **result}
             with lock:
                 done[f"{contender}: {case.name}"] = result
-                _save(file, done)
+                save(file, done)
                 print(
                     f"{total - len(waiting)}/{total} {contender}: {case.name}: {result['faults'] or 'ok'}",
                     file=sys.stderr,
@@ -272,7 +272,7 @@ def main() -> None:
     evidence_report.write(list(done.values()), options.out)
 
 
-def _save(file: Path, done: dict[str, dict[str, Any]]) -> None:
+def save(file: Path, done: Any) -> None:
     """Write whole or not at all."""
     new = file.with_suffix(".new")
     new.write_text(json.dumps(done, indent=0) + "\n")

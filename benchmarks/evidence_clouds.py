@@ -134,10 +134,14 @@ def _from_file(path: Path) -> Cloud:
     if path.parent.name != "meshes":
         points = np.array(recon.read_points(path).points)
         return Cloud(points, np.ones(len(points), bool), nearest(np.unique(points, axis=0)), None, ())
-    given = recon.read_mesh(path)
-    corners, faces = np.unique(given.vertices[given.faces.ravel()], axis=0, return_inverse=True)
-    faces = faces.reshape(-1, 3)
-    truth = recon.Mesh.from_arrays(corners, faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)])
+    truth = welded(recon.read_mesh(path))
     found = topology(truth.faces)
     right = ((found.euler, found.boundary_loops),)
-    return Cloud(np.array(truth.vertices), np.ones(len(corners), bool), nearest(truth.vertices), truth, right)
+    return Cloud(np.array(truth.vertices), np.ones(len(truth.vertices), bool), nearest(truth.vertices), truth, right)
+
+
+def welded(mesh: recon.Mesh) -> recon.Mesh:
+    """The same with one vertex for each place in use, and no face that names one twice."""
+    corners, faces = np.unique(mesh.vertices[mesh.faces.ravel()], axis=0, return_inverse=True)
+    faces = faces.reshape(-1, 3)
+    return recon.Mesh.from_arrays(corners, faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)])

@@ -14,15 +14,14 @@ Many of these models have walls, slots and fillets that are finer than the sampl
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from evidence import judge
-from evidence_clouds import Cloud
+from evidence import judge, save
+from evidence_clouds import Cloud, welded
 from numpy.typing import NDArray
 from peers import CONTENDERS, RECON, nearest
 from scipy.spatial import cKDTree
@@ -44,17 +43,15 @@ def models(folder: Path) -> Iterator[tuple[str, recon.Mesh]]:
         if path.suffix.lower() not in SUFFIXES or not path.is_file():
             continue
         try:
-            given = recon.read_mesh(path)
+            mesh = welded(recon.read_mesh(path))
         except recon.ReconError:
             continue
-        corners, faces = np.unique(given.vertices[given.faces.ravel()], axis=0, return_inverse=True)
-        faces = faces.reshape(-1, 3)
-        faces = faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
-        size = len(corners), len(faces)
-        if len(faces) not in FACES or size in seen:
+        size = len(mesh.vertices), len(mesh.faces)
+        if len(mesh.faces) not in FACES or size in seen:
             continue
-        mesh = recon.Mesh.from_arrays((corners - corners.mean(axis=0)) / np.ptp(corners, axis=0).max(), faces)
-        shape = topology(faces)
+        unit = (mesh.vertices - mesh.vertices.mean(axis=0)) / np.ptp(mesh.vertices, axis=0).max()
+        mesh = recon.Mesh.from_arrays(unit, mesh.faces)
+        shape = topology(mesh.faces)
         if not (shape.closed and shape.manifold and shape.oriented):
             continue
         found = {metric.name: metric.value for metric in recon.measure(mesh)}
@@ -102,7 +99,7 @@ def main() -> None:
                 seconds, best = time.perf_counter() - start, {"faults": [f"{type(error).__name__}: {error}"]}
             results.append({"model": name, "contender": contender, "points": len(points), "seconds": seconds, **best})
             print(f"{contender}: {name}: {best['faults'] or 'ok'}", file=sys.stderr, flush=True)
-            options.json.write_text(json.dumps(results, indent=1) + "\n")
+            save(options.json, results)
     for contender in options.contender or [RECON]:
         own = [one for one in results if one["contender"] == contender]
         right, solved = sum(bool(one.get("shape")) for one in own), sum(not one["faults"] for one in own)

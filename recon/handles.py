@@ -9,9 +9,8 @@ from .between import facets_between
 from .regular import OUTWARD
 from .topology import HalfEdges
 
-THIN = 5 * np.pi
-EDGES = 16
-STARTS = (2,)
+THIN = 5 * np.pi  # longest loop around a thin handle: the circle around the widest facet of a sheet [local spacings]
+EDGES = 16  # of such a loop, at most
 SHALLOW = 2.0  # trust of the poles of its samples, at most
 
 

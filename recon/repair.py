@@ -24,7 +24,8 @@ def repair(
     widest: float,
     threads: int | None,
 ) -> tuple[NDArray[np.int32], int]:
-    """Improve the sides of nodes in place: by a local search, of few samples by several, of which the best is kept, place by place.
+    """Improve the sides of nodes in place: by a local search, of few samples by several, of which the best is kept, place by place;
+    then thin handles of a closed surface are cut.
 
     Parameters
     ----------

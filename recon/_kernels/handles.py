@@ -153,26 +153,26 @@ def loops_from(ends, starts, around, words, longest):
 
 @kernel
 def cells_near(ground, loop, number):
-    """The cells around samples that share one with a sample of the loop; number (N,): -1, it gets the place of each."""
+    """The cells around samples that share one with a sample of the loop, and their corners; number (N,), -1, gets the place of each."""
     nodes, _, gate, starts, star = ground[2:]
-    n, samples = len(starts) - 1, loop.copy()
+    samples = loop.copy()
     near = [np.int64(0) for _ in range(0)]
     for _ in range(2):
         for v in samples:
-            for i in range(starts[v] if v < n else 0, starts[v + 1] if v < n else 0):
+            for i in range(starts[v], starts[v + 1]):
                 if star[i] < len(gate) and number[star[i]] < 0:
                     number[star[i]] = len(near)
                     near.append(np.int64(star[i]))
         samples = np.unique(nodes[np.array(near)].ravel()).astype(np.int64)
-    return near
+    return near, samples
 
 
 @kernel
-def held(nodes, sides, pole, anti, number, near):
-    """Which of the nodes `near` are poles that lie apart? They stay, so that no sample is buried."""
+def held(sides, pole, anti, number, near, samples):
+    """Which of the nodes `near` are poles of `samples` that lie apart? They stay, so that none of these is buried."""
     holds = np.zeros(len(near), np.bool_)
-    for v in np.unique(nodes[np.array(near)].ravel()):
-        if v < len(pole) and sides[pole[v]] != sides[anti[v]]:
+    for v in samples:
+        if sides[pole[v]] != sides[anti[v]]:
             for x in (pole[v], anti[v]):
                 if number[x] >= 0:
                     holds[number[x]] = True
@@ -183,10 +183,10 @@ def held(nodes, sides, pole, anti, number, near):
 def cut_handle(ground, scratch, sides, excess, loop, pole, anti, work):
     """Cut the handle within a loop, or the one around it, if that costs nothing; returns the change of the Euler number.
 
-    The cells near the loop get the sides between which walls are least, poles as they are. Where that leaves fewer handles, the best
-    flip next to the surface is taken, again and again, each node once, and of all states that have fewer handles the one of least energy is kept.
-    It must bury or pinch no sample more than before, cut off no island, and add no more wall than one facet with a radius of one
-    spacing for each handle. work: number (N,) of each node in the search, -1; `touched` (n,): samples at cuts made.
+    The cells near the loop get the sides between which walls are least, poles as they are. Where that leaves fewer handles,
+    the best flip next to the surface is taken, again and again, each node once, and of all states that have fewer handles the
+    one of least energy is kept. It must bury or pinch no sample more than before, cut off no island, and add no more wall than
+    one facet with a radius of one spacing for each handle. work: number (N,) of each node in the search, -1; `touched` (n,): samples at cuts made.
     """
     nodes, links, gate, starts, star = ground[2:]
     number, touched = work
@@ -194,12 +194,12 @@ def cut_handle(ground, scratch, sides, excess, loop, pole, anti, work):
     for v in loop:
         if touched[v]:
             return 0
-    near = cells_near(ground, loop, number)
+    near, samples = cells_near(ground, loop, number)
     ended = islands(links, sides, number, near)
     chain = [np.int64(0) for _ in range(0)]
     before = np.empty((len(near) + STEPS + 1, 4), np.int32)
     energy, chi = 0.0, 0
-    for x in least_walls(ground, sides, number, near, held(nodes, sides, pole, anti, number, near)):
+    for x in least_walls(ground, sides, number, near, held(sides, pole, anti, number, near, samples)):
         change, turned = flip(ground, scratch, widest, sides, x, excess, before[len(chain)])
         energy += change
         chi += turned

@@ -22,10 +22,7 @@ def least_walls(ground, sides, number, near, held):
     points, spacing, nodes, links = ground[:4]
     K = len(near)
     room, back = np.zeros((K, 4)), np.zeros((K, 4), np.int64)  # for more flow out by each facet; its number from beyond
-    supply, demand = (
-        np.zeros(K),
-        np.zeros(K),
-    )  # flow that may still come straight from side 1, and go straight to side 0
+    supply, demand = np.zeros(K), np.zeros(K)  # flow that may still come from side 1 itself, and go to side 0
     for i in range(K):
         x = near[i]
         if held[i]:
