@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,10 +11,10 @@ from .between import facets_between
 from .handles import cut_thin_handles
 from .threads import over_ranges
 
-ROUNDS = 6  # of moves; it mostly ends after 3
-# The search keeps what it finds first. So where samples are few, and each counts, it is made in several orders: as many as
-# make SMALL samples together, and of the outcomes the best is kept, place by place.
-TURNS, SMALL = 4, 50_000
+PASSES = 6  # of moves; a search mostly ends after 3
+# A search keeps what it finds first. So where more than ROUGH of the samples want mending it is made in several orders, and of the
+# outcomes the best is kept, place by place: the FIRST times from the sides as they were, then AGAIN from those of least walls.
+ROUGH, FIRST, AGAIN = 1e-3, 4, 2
 
 
 def repair(
@@ -23,9 +25,8 @@ def repair(
     pieces: tuple[int, NDArray, NDArray, NDArray],
     widest: float,
     threads: int | None,
-) -> tuple[NDArray[np.int32], int]:
-    """Improve the sides of nodes in place: by a local search, of few samples by several, of which the best is kept, place by place;
-    then thin handles of a closed surface are cut.
+) -> NDArray[np.int32]:
+    """Improve the sides of nodes in place by local searches; then thin handles of a closed surface are cut.
 
     Parameters
     ----------
@@ -47,40 +48,41 @@ def repair(
     -------
     excess : (n,) ndarray of int32
         Of every sample 0 for one umbrella, -1 where it is buried, more where it is pinched.
-    moves : int
     """
-    from ._kernels import components, crossover  # numba takes a while to load
-    from ._kernels import repair as kernels
+    from ._kernels import components  # numba takes a while to load
+    from ._kernels.crossover import take_better
+    from ._kernels.relabel import relabel
 
-    nodes, links, gate = ground[2:5]
-    m, n = len(gate), len(ground[0])
-    thin = np.zeros(m, np.bool_)
-    if widest == np.inf:
-        over_ranges(lambda *part: kernels.thin_spots(nodes, links, gate, sides, *part, thin), m, threads)
+    links, m, n = ground[3], len(ground[4]), len(ground[0])
     excess = excesses(ground, facets, widest, threads)
-    number, component, size, queue = pieces
+    rough = np.flatnonzero(excess)
+    room = pieces[1:]
 
-    def attempt(turn: int) -> tuple[NDArray[np.int8], NDArray[np.int32], int]:
-        mended, found, own = sides.copy(), excess.copy(), (number, component.copy(), size.copy(), queue.copy())
-        return mended, found, _search(ground, mended, poles, found, thin, own, widest, turn, 1)
+    def attempt(turn: int) -> tuple[NDArray[np.int8], NDArray[np.int32]]:
+        others, found, own = sides.copy(), excess.copy(), tuple(np.empty_like(part) for part in room)
+        number = components.number_components(links, others, *own[:2])
+        _search(ground, others, poles, found, (number, *own), widest, turn, 1)
+        return others, found
 
-    turns = max(1, min(TURNS, SMALL // n))
-    if turns == 1:
-        moves = _search(ground, sides, poles, excess, thin, pieces, widest, 0, threads)
+    def attempts(first: int, count: int) -> list[tuple[NDArray[np.int8], NDArray[np.int32]]]:
+        parts = over_ranges(lambda a, b: [attempt(first + i) for i in range(a, b)], count, threads, 1)
+        return list(itertools.chain.from_iterable(parts))
+
+    if widest < np.inf or len(rough) <= ROUGH * n:
+        _search(ground, sides, poles, excess, pieces, widest, 0, threads)
     else:
-        best, found, moves = attempt(0)
-        if moves > 0:
-            attempts = over_ranges(lambda a, b: [attempt(turn + 1) for turn in range(a, b)], turns - 1, threads, 1)
-            for other, *_ in (one for some in attempts for one in some):
-                crossover.take_better(ground, np.float32(widest), best, other, found)
-            if widest == np.inf:
-                over_ranges(lambda *part: kernels.thin_spots(nodes, links, gate, best, *part, thin), m, threads)
-            number = components.number_components(links, best, component, size)
-            _search(ground, best, poles, found, thin, (number, component, size, queue), widest, 0, threads)
+        (best, found), *rest = attempts(0, FIRST)
+        for others, _ in rest:
+            take_better(ground, best, others, found)
+        sides[:] = best
+        relabel(ground, sides, *poles[:2], rough)
+        excess = excesses(ground, facets_between(links, sides, m, threads), widest, threads)
+        for others, _ in attempts(FIRST, AGAIN):
+            take_better(ground, best, others, found)
         sides[:], excess = best, found
     if widest == np.inf and cut_thin_handles(ground, sides, poles, excess, threads):
-        _absorb(ground, sides, excess, component, size, threads)
-    return excess, moves
+        _absorb(ground, sides, excess, *room[:2], threads)
+    return excess
 
 
 def _search(
@@ -88,21 +90,23 @@ def _search(
     sides: NDArray[np.int8],
     poles: tuple[NDArray, NDArray, NDArray],
     excess: NDArray[np.int32],
-    thin: NDArray[np.bool_],
     pieces: tuple[int, NDArray, NDArray, NDArray],
     widest: float,
     turn: int,
     threads: int | None,
-) -> int:
-    """One local search, in place, and of a closed surface small islands absorbed; how many moves?"""
-    from ._kernels.repair import search
+) -> None:
+    """One local search, in place, and of a closed surface small islands absorbed."""
+    from ._kernels.repair import search, thin_spots
 
     number, component, size, queue = pieces
+    m = len(ground[4])
+    thin = np.zeros(m, np.bool_)
+    if widest == np.inf:
+        over_ranges(lambda *part: thin_spots(*ground[2:5], sides, *part, thin), m, threads)
     books = thin, np.zeros((3, len(sides)), np.int64), excess, component, size, queue
-    moves = search(ground, sides, *poles[:2], np.float32(widest), ROUNDS, turn, *books, number)
+    search(ground, sides, *poles[:2], np.float32(widest), PASSES, turn, *books, number)
     if widest == np.inf:
         _absorb(ground, sides, excess, component, size, threads)
-    return moves
 
 
 def _absorb(

@@ -230,7 +230,7 @@ class _Evidence:
         self, sides: NDArray[np.int8], facets: NDArray[np.int64], pieces: Pieces, widest: float
     ) -> NDArray[np.int32]:
         """Mend `sides` in place; the excess umbrellas of every sample, -1 where it is buried."""
-        return repair(self.ground, sides, self.poles, facets, pieces, widest, self.threads)[0]
+        return repair(self.ground, sides, self.poles, facets, pieces, widest, self.threads)
 
     def flip_edges(
         self, sides: NDArray[np.int8], facets: NDArray[np.int64], excess: NDArray[np.int32], widest: float

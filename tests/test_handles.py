@@ -145,7 +145,7 @@ def test_cutting_keeps_the_books():
 
 @pytest.mark.parametrize("seed", range(12))
 def test_least_walls_are_those_of_all_ways_to_choose(seed):
-    """Ten cells next to each other, two of them held: 256 ways, of which the best is unique."""
+    """Ten cells next to each other, two of them held, some tied: 256 ways, of which the best is unique."""
     rng = np.random.default_rng(seed)
     points = rng.normal(size=(60, 3))
     evidence = _Evidence(recon.regular_triangulation(points), weighting.spacing(points), True, 1)
@@ -155,7 +155,7 @@ def test_least_walls_are_those_of_all_ways_to_choose(seed):
     while len(near) < 10:
         beside = [y for y in links[near[rng.integers(len(near))]] if y < m and y not in near]
         near += [int(beside[0])] if beside else []
-    held = np.arange(10) < 2
+    ties = np.where(np.arange(10) < 2, np.inf, rng.choice([0.0, 0.1, 0.3], 10))
     number = np.full(len(nodes), -1)
     number[near] = np.arange(10)
 
@@ -167,9 +167,9 @@ def test_least_walls_are_those_of_all_ways_to_choose(seed):
     for choice in range(256):
         labels = sides.copy()
         labels[np.array(near)[2:]] = choice >> np.arange(8) & 1
-        costs[choice] = walls(labels)
+        costs[choice] = walls(labels) + ties[labels[near] != sides[near]].sum()
     labels = sides.copy()
-    for x in least_walls(evidence.ground, sides, number, np.array(near), held):
+    for x in least_walls(evidence.ground, sides, number, np.array(near), ties):
         labels[x] ^= 1
     np.testing.assert_array_equal(labels[near[:2]], sides[near[:2]])
-    assert walls(labels) == pytest.approx(min(costs.values()), rel=1e-12)
+    assert walls(labels) + ties[labels[near] != sides[near]].sum() == pytest.approx(min(costs.values()), rel=1e-12)

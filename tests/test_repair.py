@@ -1,4 +1,4 @@
-"""Repair of few samples: several searches, of which the best is kept, place by place."""
+"""Repair: several searches, of which the best is kept, place by place."""
 
 import itertools
 
@@ -9,7 +9,7 @@ import datasets_synthetic
 import recon
 import weighting
 from recon import repair
-from recon._kernels import components, crossover
+from recon._kernels import components, crossover, least_walls, relabel
 from recon._kernels import energy as terms
 from recon._kernels.umbrellas import rooms
 from recon.surface import _Evidence
@@ -61,10 +61,10 @@ def test_the_outcome_is_no_worse_than_that_of_any_search(monkeypatch):
     clouds = [datasets_synthetic.surface("csg_part").sample(1200, rng=seed).points for seed in range(4)]
     several = np.array([mended(points)[0] for points in clouds])
     search = repair._search
-    monkeypatch.setattr(repair, "TURNS", 1)
+    monkeypatch.setattr(repair, "ROUGH", 1.0)
     single = []
-    for turn in range(4):
-        monkeypatch.setattr(repair, "_search", lambda *given, turn=turn: search(*given[:7], turn, *given[8:]))
+    for turn in range(repair.FIRST):
+        monkeypatch.setattr(repair, "_search", lambda *given, turn=turn: search(*given[:6], turn, *given[7:]))
         single.append([mended(points)[0] for points in clouds])
     assert (several <= np.min(single, axis=0) + 1e-9).all()
     assert (several < np.min(single, axis=0) - 1e-9).any()
@@ -120,19 +120,63 @@ def test_every_place_is_taken_from_the_better_outcome(seed):
             way[place] ^= 1
         ways.append(energy_of(evidence, way))
     excess = repair.excesses(evidence.ground, evidence.between(sides), np.inf, 1)
-    crossover.take_better(evidence.ground, np.float32(np.inf), sides, others, excess)
+    crossover.take_better(evidence.ground, sides, others, excess)
     assert energy_of(evidence, sides) == pytest.approx(min(ways), abs=1e-9)
     np.testing.assert_array_equal(excess, repair.excesses(evidence.ground, evidence.between(sides), np.inf, 1))
 
 
-def test_many_samples_are_searched_once(part, monkeypatch):
+@pytest.mark.parametrize("seed", range(3))
+def test_components_are_counted_by_their_atoms(seed):
+    """Whatever is taken of places, some of which cut components or join them."""
+    rng = np.random.default_rng(seed)
+    evidence, sides = evidence_of(datasets_synthetic.surface("torus").sample(300, rng=seed).points)
+    sides[rng.permutation(len(sides))[:60]] ^= 1
+    others = sides.copy()
+    others[rng.permutation(len(evidence.cells))[:25]] ^= 1
+    apart, first = crossover.places(evidence.nodes, len(evidence.points), sides, others)
+    where, side, size, pairs = crossover.atoms(evidence.links, sides, apart, first)
+    assert len(first) > 5 and size.sum() == len(sides)
+    seen = set()
+    for _ in range(20):
+        way, taken = sides.copy(), side.copy()
+        for i in np.flatnonzero(rng.random(len(first) - 1) < 0.5):
+            way[apart[first[i] : first[i + 1]]] ^= 1
+            taken[where == i] ^= 1
+        pieces, _, sizes, _ = evidence.pieces(way)
+        for body in (2, 30, 300):
+            assert crossover.count_pieces(taken, size, pairs, body) == (pieces, (sizes[:pieces] >= body).sum())
+        seen.add(pieces)
+    assert len(seen) > 3
+
+
+def test_relabelling_lowers_walls_and_ties_and_keeps_what_is_far(part):
+    evidence, sides = evidence_of(part)
+    rough = np.flatnonzero(repair.excesses(evidence.ground, evidence.between(sides), np.inf, 1))
+    fresh = sides.copy()
+    relabel.relabel(evidence.ground, fresh, *evidence.poles[:2], rough)
+    near, corners = least_walls.cells_near(evidence.ground, rough, relabel.RINGS, np.full(len(sides), -1, np.int32))
+    flipped = np.flatnonzero(fresh != sides)
+    assert len(flipped) > 0 and np.isin(flipped, near).all()
+    walls = [
+        sum(terms.wall(evidence.points, evidence.spacing, *face) for face in evidence.faces(evidence.between(labels)))
+        for labels in (sides, fresh)
+    ]
+    assert walls[1] < walls[0]
+    pole, anti, _ = (part[corners] for part in evidence.poles)
+    broken = sum(
+        (sides[one] != sides[other]) & (fresh[one] != sides[one]) for one, other in ((pole, anti), (anti, pole))
+    )
+    assert walls[1] + relabel.TIE * broken.sum() <= walls[0] + 1e-9
+
+
+def test_searches_are_repeated_where_more_than_a_few_samples_want_mending(part, monkeypatch):
     turns = []
     search = repair._search
-    monkeypatch.setattr(repair, "_search", lambda *given: turns.append(given[7]) or search(*given))
+    monkeypatch.setattr(repair, "_search", lambda *given: turns.append(given[6]) or search(*given))
     mended(part)
-    assert turns[0] == turns[-1] == 0 and sorted(turns[1:-1]) == list(range(1, repair.TURNS))
+    assert sorted(turns) == list(range(repair.FIRST + repair.AGAIN))
     turns.clear()
-    monkeypatch.setattr(repair, "SMALL", len(part) - 1)
+    monkeypatch.setattr(repair, "ROUGH", 0.5)
     mended(part)
     assert turns == [0]
 
@@ -145,6 +189,6 @@ def test_threads_do_not_change_the_outcome(part):
 def test_what_needs_no_mending_is_searched_once(monkeypatch):
     turns = []
     search = repair._search
-    monkeypatch.setattr(repair, "_search", lambda *given: turns.append(given[7]) or search(*given))
+    monkeypatch.setattr(repair, "_search", lambda *given: turns.append(given[6]) or search(*given))
     mended(datasets_synthetic.surface("sphere").sample(1500, rng=0).points)
     assert turns == [0]

@@ -36,17 +36,58 @@ def places(nodes, n, sides, others):
 
 
 @kernel
-def take_better(ground, widest, sides, others, excess):
-    """Take from `others`, in place, each place that lowers the energy."""
+def atoms(links, sides, apart, first):
+    """What the components of nodes are made of, whatever is taken of each place: nodes of one side within one place, or outside all.
+
+    Returns for each atom its place, -1 outside, its side, and its number of nodes; and the pairs of atoms (e, 2) that touch and
+    may be of one side.
+    """
+    N = len(sides)
+    label, place = np.empty(N, np.int32), np.full(N, -1, np.int32)
+    for i in range(len(first) - 1):
+        place[apart[first[i] : first[i + 1]]] = i
+    for x in range(N):
+        label[x] = 2 * place[x] + sides[x]
+    atom, size = np.empty(N, np.int32), np.empty(N + 1, np.int64)
+    count = number_components(links, label, atom, size)
+    where, side = np.full(count, -1, np.int32), np.empty(count, np.int8)
+    for x in range(N):
+        where[atom[x]], side[atom[x]] = place[x], sides[x]
+    touching = [np.int64(0) for _ in range(0)]
+    for x in apart:
+        for y in links[x]:
+            if place[y] != place[x]:
+                touching.append(np.int64(atom[x]) * count + atom[y])
+    pairs = np.unique(np.array(touching))
+    return where, side, size[:count], np.stack((pairs // count, pairs % count), axis=1)
+
+
+@kernel
+def count_pieces(side, size, pairs, body):
+    """Components of these atoms, and how many of them are bodies."""
+    parent, nodes = np.arange(len(side)), size.copy()
+    pieces = len(side)
+    for a, b in pairs:
+        if side[a] == side[b]:
+            a, b = root(parent, a), root(parent, b)
+            if a != b:
+                parent[b] = a
+                nodes[a] += nodes[b]
+                nodes[b] = 0
+                pieces -= 1
+    return pieces, (nodes >= body).sum()
+
+
+@kernel
+def take_better(ground, sides, others, excess):
+    """Take from `others`, in place, each place that lowers the energy of a closed surface."""
     _, _, nodes, links, _, starts, _ = ground
-    n, N = len(starts) - 1, len(nodes)
-    scratch = rooms(starts)
-    component, size, body = np.empty(N, np.int32), np.empty(N + 1, np.int64), min(ISLAND, BODY * N)
-    pieces = bodies = count = large = 0
-    if widest == np.inf:
-        pieces = number_components(links, sides, component, size)
-        bodies = (size[:pieces] >= body).sum()
-    apart, first = places(nodes, n, sides, others)
+    scratch, widest, body = rooms(starts), np.float32(np.inf), min(ISLAND, BODY * len(nodes))
+    apart, first = places(nodes, len(starts) - 1, sides, others)
+    if len(apart) == 0:
+        return
+    where, side, size, pairs = atoms(links, sides, apart, first)
+    pieces, bodies = count_pieces(side, size, pairs, body)
     for i in range(len(first) - 1):
         place = apart[first[i] : first[i + 1]]
         before = np.empty((len(place), 4), np.int32)
@@ -55,12 +96,12 @@ def take_better(ground, widest, sides, others, excess):
             change, turned = flip(ground, scratch, widest, sides, x, excess, before[j])
             energy += change
             chi += turned
-        if widest == np.inf:
-            count = number_components(links, sides, component, size)
-            large = (size[:count] >= body).sum()
+        side[where == i] ^= 1
+        count, large = count_pieces(side, size, pairs, body)
         # two bodies that become one are nothing gained
         if energy + topology(count - pieces + max(bodies - large, 0), chi, widest) < -1e-9:
             pieces, bodies = count, large
         else:
+            side[where == i] ^= 1
             for j in range(len(place) - 1, -1, -1):
                 flip_back(nodes, sides, place[j], excess, before[j])

@@ -7,7 +7,7 @@ import numpy as np
 from .chance import word
 from .compile import kernel
 from .energy import TOPOLOGY, WALL, flip, flip_back
-from .least_walls import least_walls
+from .least_walls import cells_near, least_walls, tied
 from .union import root
 
 STEPS = 120  # flips from the least walls on, at most,
@@ -152,34 +152,6 @@ def loops_from(ends, starts, around, words, longest):
 
 
 @kernel
-def cells_near(ground, loop, number):
-    """The cells around samples that share one with a sample of the loop, and their corners; number (N,), -1, gets the place of each."""
-    nodes, _, gate, starts, star = ground[2:]
-    samples = loop.copy()
-    near = [np.int64(0) for _ in range(0)]
-    for _ in range(2):
-        for v in samples:
-            for i in range(starts[v], starts[v + 1]):
-                if star[i] < len(gate) and number[star[i]] < 0:
-                    number[star[i]] = len(near)
-                    near.append(np.int64(star[i]))
-        samples = np.unique(nodes[np.array(near)].ravel()).astype(np.int64)
-    return near, samples
-
-
-@kernel
-def held(sides, pole, anti, number, near, samples):
-    """Which of the nodes `near` are poles of `samples` that lie apart? They stay, so that none of these is buried."""
-    holds = np.zeros(len(near), np.bool_)
-    for v in samples:
-        if sides[pole[v]] != sides[anti[v]]:
-            for x in (pole[v], anti[v]):
-                if number[x] >= 0:
-                    holds[number[x]] = True
-    return holds
-
-
-@kernel
 def cut_handle(ground, scratch, sides, excess, loop, pole, anti, work):
     """Cut the handle within a loop, or the one around it, if that costs nothing; returns the change of the Euler number.
 
@@ -194,12 +166,13 @@ def cut_handle(ground, scratch, sides, excess, loop, pole, anti, work):
     for v in loop:
         if touched[v]:
             return 0
-    near, samples = cells_near(ground, loop, number)
+    near, corners = cells_near(ground, loop, 2, number)
     ended = islands(links, sides, number, near)
     chain = [np.int64(0) for _ in range(0)]
     before = np.empty((len(near) + STEPS + 1, 4), np.int32)
     energy, chi = 0.0, 0
-    for x in least_walls(ground, sides, number, near, held(sides, pole, anti, number, near, samples)):
+    ties = tied(sides, pole[corners], anti[corners], number, near, np.inf)
+    for x in least_walls(ground, sides, number, near, ties):
         change, turned = flip(ground, scratch, widest, sides, x, excess, before[len(chain)])
         energy += change
         chi += turned

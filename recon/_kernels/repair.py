@@ -182,7 +182,7 @@ def another(turn, v):
 
 @kernel
 def search(ground, sides, pole, anti, widest, rounds, turn, thin, blank, excess, component, size, queue, count):
-    """Improve `sides` in place, move by move; returns the number of moves.
+    """Improve `sides` in place, move by move.
 
     What is tried first is kept, so each `turn` goes another way: 0 along the curve, odd ones back, around each sample and through the
     cells from another one on.
@@ -259,7 +259,6 @@ def search(ground, sides, pole, anti, widest, rounds, turn, thin, blank, excess,
                 )  # fmt: skip
         if gained > -1e-9:
             break
-    return state[2]
 
 
 @kernel
