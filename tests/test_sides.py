@@ -227,14 +227,15 @@ def test_repair_never_raises_the_energy_and_says_what_is_left(seed):
     rng = np.random.default_rng(seed)
     side[:m] ^= rng.random(m) < 0.1  # damage to mend
     before, _ = energy_of(points, spacing, nodes, links, side)
+    damaged = side.copy()
     parts = np.empty(N, np.int32), np.empty(N + 1, np.int64), np.empty(N, np.int32)
     pieces = components.number_components(links, side, *parts[:2]), *parts
     ground = points, spacing, nodes, links, gate, *umbrellas.star_lists(nodes, n)
     facets = forest.facets_between(links, side, m, 0, m)
-    excess, moves = mend(ground, side, (pole, anti, trust), facets, pieces, np.inf, 1 + seed % 2)
+    excess = mend(ground, side, (pole, anti, trust), facets, pieces, np.inf, 1 + seed % 2)
     after, expected = energy_of(points, spacing, nodes, links, side)
     np.testing.assert_array_equal(excess, expected)
-    assert moves > 0
+    assert (side != damaged).any()
     # absorbing islands at the end may bury samples: an energy of their own
     assert after <= before + (excess < 0).sum() * energy.BURIED + 4 * energy.TOPOLOGY
     assert (side[m:] == 0).all()
