@@ -108,6 +108,101 @@ def coefficients(factor, half, noise_sq, solution):
 
 
 @kernel
+def gather(points, first, links, skip, i, unit, reach, seen, near, distance, local):
+    """Samples within sqrt(reach) units of sample i that links lead to, itself first: their squared distances and offsets; how many?"""
+    near[0], distance[0], seen[i] = i, 0.0, i
+    local[0, 0] = local[0, 1] = local[0, 2] = 0.0
+    size, head = 1, 0
+    while head < size:
+        a = near[head]
+        head += 1
+        for e in range(first[a], first[a + 1]):
+            q = links[e]
+            if seen[q] == i or skip[q]:
+                continue
+            seen[q] = i
+            x = (points[q, 0] - points[i, 0]) / unit
+            y = (points[q, 1] - points[i, 1]) / unit
+            z = (points[q, 2] - points[i, 2]) / unit
+            square = x * x + y * y + z * z
+            if square <= reach and size < CROWD:
+                near[size], distance[size] = q, square
+                local[size, 0], local[size, 1], local[size, 2] = x, y, z
+                size += 1
+    return size
+
+
+@kernel
+def plane(local, distance, size, limit):
+    """Normal of the plane of the offsets whose squared distance is within the limit."""
+    total = sx = sy = sz = xx = xy = xz = yy = yz = zz = 0.0
+    for j in range(size):
+        if distance[j] > limit:
+            continue
+        x, y, z = local[j, 0], local[j, 1], local[j, 2]
+        total += 1.0
+        sx, sy, sz = sx + x, sy + y, sz + z
+        xx, xy, xz, yy, yz, zz = xx + x * x, xy + x * y, xz + x * z, yy + y * y, yz + y * z, zz + z * z
+    return normal_of(
+        xx - sx * sx / total,
+        xy - sx * sy / total,
+        xz - sx * sz / total,
+        yy - sy * sy / total,
+        yz - sy * sz / total,
+        zz - sz * sz / total,
+    )
+
+
+@kernel
+def turn(local, size, normal):
+    """Offsets in coordinates of the plane and the height above it, in place."""
+    nx, ny, nz = normal
+    ux, uy, uz, vx, vy, vz = tangents_of(nx, ny, nz)
+    for j in range(size):
+        x, y, z = local[j, 0], local[j, 1], local[j, 2]
+        u, v, h = x * ux + y * uy + z * uz, x * vx + y * vy + z * vz, x * nx + y * ny + z * nz
+        local[j, 0], local[j, 1], local[j, 2] = u, v, h
+
+
+@kernel
+def add_rings(local, size, near_sq, noise_sq, depth, moment):
+    """Moments of each level: of the samples within sqrt(near_sq 2^level), but not within the level below."""
+    moment[:depth] = 0.0
+    for j in range(size):
+        u, v, h = local[j, 0], local[j, 1], local[j, 2]
+        level, limit = 0, near_sq
+        square = u * u + v * v + max(h * h - DISCOUNT * noise_sq, 0.0)
+        while level < depth and square > limit:
+            level, limit = level + 1, 2.0 * limit
+        if level < depth:
+            add(moment, level, u, v, h)
+
+
+@kernel
+def add_ellipse(local, size, cos, sin, longer_sq, limit, noise_sq, moment):
+    """Moments, as level 0, of the samples within sqrt(limit), and sqrt(longer_sq) times that along a direction."""
+    moment[0] = 0.0
+    for j in range(size):
+        u, v, h = local[j, 0], local[j, 1], local[j, 2]
+        along, across = u * cos + v * sin, v * cos - u * sin
+        square = along * along / longer_sq + across * across
+        if square + max(h * h - DISCOUNT * noise_sq, 0.0) <= limit:
+            add(moment, 0, u, v, h)
+
+
+@kernel
+def straightest(quadric):
+    """Direction (cos, sin) in which a quadric bends least; (0, 0) where it bends alike all around."""
+    fall, twist = quadric[3] - quadric[5], quadric[4]
+    if fall == 0.0 and twist == 0.0:
+        return 0.0, 0.0
+    angle = 0.5 * math.atan2(twist, fall)  # of the greatest second derivative
+    if quadric[3] + quadric[5] > 0.0:
+        angle += 0.5 * math.pi
+    return math.cos(angle), math.sin(angle)
+
+
+@kernel
 def fit_scales(
     points,
     first,
@@ -135,7 +230,7 @@ def fit_scales(
     """
     n = len(points)
     seen = np.full(n, -1, np.int64)
-    queue, distance, local = np.empty(CROWD, np.int64), np.empty(CROWD), np.zeros((CROWD, 3))
+    near, distance, local = np.empty(CROWD, np.int64), np.empty(CROWD), np.zeros((CROWD, 3))
     moment = np.empty((levels + WIDER, MOMENTS))
     factor, half = np.empty((TERMS, TERMS)), np.empty(TERMS)
     solution, beyond = np.empty(TERMS), np.empty(TERMS)
@@ -149,60 +244,13 @@ def fit_scales(
         unit = spacing[i]
         if unit == 0.0 or skip[i]:
             continue
-        px, py, pz = points[i, 0], points[i, 1], points[i, 2]
         noise_sq, most = (sigma[i] / unit) ** 2, (bound[i] / unit) ** 2
         reach = widest + (9.0 * noise_sq + 0.25 * widest)
-        # whom the links reach
-        queue[0], distance[0], seen[i] = i, 0.0, i
-        size, head = 1, 0
-        while head < size:
-            a = queue[head]
-            head += 1
-            for e in range(first[a], first[a + 1]):
-                q = links[e]
-                if seen[q] == i or skip[q]:
-                    continue
-                seen[q] = i
-                x, y, z = (points[q, 0] - px) / unit, (points[q, 1] - py) / unit, (points[q, 2] - pz) / unit
-                square = x * x + y * y + z * z
-                if square <= reach and size < CROWD:
-                    queue[size], distance[size] = q, square
-                    local[size, 0], local[size, 1], local[size, 2] = x, y, z
-                    size += 1
-        # plane
-        limit = 2.0 * near_sq if strong[i] else near_sq
-        total = sx = sy = sz = xx = xy = xz = yy = yz = zz = 0.0
-        for j in range(size):
-            if distance[j] > limit:
-                continue
-            x, y, z = local[j, 0], local[j, 1], local[j, 2]
-            total += 1.0
-            sx, sy, sz = sx + x, sy + y, sz + z
-            xx, xy, xz, yy, yz, zz = xx + x * x, xy + x * y, xz + x * z, yy + y * y, yz + y * z, zz + z * z
-        nx, ny, nz = normal_of(
-            xx - sx * sx / total,
-            xy - sx * sy / total,
-            xz - sx * sz / total,
-            yy - sy * sy / total,
-            yz - sy * sz / total,
-            zz - sz * sz / total,
-        )
-        ux, uy, uz, vx, vy, vz = tangents_of(nx, ny, nz)
-        # moments, ring by ring
-        for level in range(depth):
-            for a in range(MOMENTS):
-                moment[level, a] = 0.0
-        for j in range(size):
-            x, y, z = local[j, 0], local[j, 1], local[j, 2]
-            u, v, h = x * ux + y * uy + z * uz, x * vx + y * vy + z * vz, x * nx + y * ny + z * nz
-            local[j, 0], local[j, 1], local[j, 2] = u, v, h
-            level, limit = 0, near_sq
-            square = u * u + v * v + max(h * h - DISCOUNT * noise_sq, 0.0)
-            while level < depth and square > limit:
-                level, limit = level + 1, 2.0 * limit
-            if level < depth:
-                add(moment, level, u, v, h)
-        frame[i, 0], frame[i, 1], frame[i, 2] = nx, ny, nz
+        size = gather(points, first, links, skip, i, unit, reach, seen, near, distance, local)
+        normal = plane(local, distance, size, 2.0 * near_sq if strong[i] else near_sq)
+        turn(local, size, normal)
+        add_rings(local, size, near_sq, noise_sq, depth, moment)
+        frame[i, 0], frame[i, 1], frame[i, 2] = normal
         beyond[:] = 0.0
         for level in range(depth):
             if level > 0:
@@ -222,21 +270,10 @@ def fit_scales(
         if chosen[i] < 0:
             continue
         # longer where it bends least
-        fall, twist = beyond[3] - beyond[5], beyond[4]
-        angle = 0.5 * math.atan2(twist, fall)  # of the greatest second derivative
-        if beyond[3] + beyond[5] > 0.0:
-            angle += 0.5 * math.pi
-        cos, sin = math.cos(angle), math.sin(angle)
+        cos, sin = straightest(beyond)
         limit, longer_sq = near_sq * 2.0 ** chosen[i], 2.0
-        while (fall != 0.0 or twist != 0.0) and limit * longer_sq <= widest:
-            for a in range(MOMENTS):
-                moment[0, a] = 0.0
-            for j in range(size):
-                u, v, h = local[j, 0], local[j, 1], local[j, 2]
-                along, across = u * cos + v * sin, v * cos - u * sin
-                square = along * along / longer_sq + across * across
-                if square + max(h * h - DISCOUNT * noise_sq, 0.0) <= limit:
-                    add(moment, 0, u, v, h)
+        while (cos != 0.0 or sin != 0.0) and limit * longer_sq <= widest:
+            add_ellipse(local, size, cos, sin, longer_sq, limit, noise_sq, moment)
             left = fit(moment, 0, factor, half)
             if not (left >= 0.0 and within(left, moment[0, 0], most, slack)):
                 break
