@@ -13,7 +13,8 @@ from .threads import over_ranges
 
 PASSES = 6  # of moves; a search mostly ends after 3
 # A search keeps what it finds first. So where more than ROUGH of the samples want mending it is made in several orders, and of the
-# outcomes the best is kept, place by place: the FIRST times from the sides as they were, then AGAIN from those of least walls.
+# outcomes the best is kept, place by place: the FIRST times from the sides as they were, then, for a closed surface, AGAIN from
+# those of least walls. (For a sheet, where walls of wide facets are none, these have rents.)
 ROUGH, FIRST, AGAIN = 1e-3, 4, 2
 
 
@@ -68,17 +69,18 @@ def repair(
         parts = over_ranges(lambda a, b: [attempt(first + i) for i in range(a, b)], count, threads, 1)
         return list(itertools.chain.from_iterable(parts))
 
-    if widest < np.inf or len(rough) <= ROUGH * n:
+    if len(rough) <= ROUGH * n:
         _search(ground, sides, poles, excess, pieces, widest, 0, threads)
     else:
         (best, found), *rest = attempts(0, FIRST)
         for others, _ in rest:
-            take_better(ground, best, others, found)
-        sides[:] = best
-        relabel(ground, sides, *poles[:2], rough)
-        excess = excesses(ground, facets_between(links, sides, m, threads), widest, threads)
-        for others, _ in attempts(FIRST, AGAIN):
-            take_better(ground, best, others, found)
+            take_better(ground, np.float32(widest), best, others, found)
+        if widest == np.inf:
+            sides[:] = best
+            relabel(ground, sides, *poles[:2], rough)
+            excess = excesses(ground, facets_between(links, sides, m, threads), widest, threads)
+            for others, _ in attempts(FIRST, AGAIN):
+                take_better(ground, np.float32(widest), best, others, found)
         sides[:], excess = best, found
     if widest == np.inf and cut_thin_handles(ground, sides, poles, excess, threads):
         _absorb(ground, sides, excess, *room[:2], threads)

@@ -120,7 +120,7 @@ def test_every_place_is_taken_from_the_better_outcome(seed):
             way[place] ^= 1
         ways.append(energy_of(evidence, way))
     excess = repair.excesses(evidence.ground, evidence.between(sides), np.inf, 1)
-    crossover.take_better(evidence.ground, sides, others, excess)
+    crossover.take_better(evidence.ground, np.float32(np.inf), sides, others, excess)
     assert energy_of(evidence, sides) == pytest.approx(min(ways), abs=1e-9)
     np.testing.assert_array_equal(excess, repair.excesses(evidence.ground, evidence.between(sides), np.inf, 1))
 

@@ -79,10 +79,10 @@ def count_pieces(side, size, pairs, body):
 
 
 @kernel
-def take_better(ground, sides, others, excess):
-    """Take from `others`, in place, each place that lowers the energy of a closed surface."""
+def take_better(ground, widest, sides, others, excess):
+    """Take from `others`, in place, each place that lowers the energy."""
     _, _, nodes, links, _, starts, _ = ground
-    scratch, widest, body = rooms(starts), np.float32(np.inf), min(ISLAND, BODY * len(nodes))
+    scratch, body = rooms(starts), min(ISLAND, BODY * len(nodes))
     apart, first = places(nodes, len(starts) - 1, sides, others)
     if len(apart) == 0:
         return
