@@ -136,17 +136,23 @@ def test_components_are_counted_by_their_atoms(seed):
     apart, first = crossover.places(evidence.nodes, len(evidence.points), sides, others)
     where, side, size, pairs = crossover.atoms(evidence.links, sides, apart, first)
     assert len(first) > 5 and size.sum() == len(sides)
-    seen = set()
-    for _ in range(20):
-        way, taken = sides.copy(), side.copy()
-        for i in np.flatnonzero(rng.random(len(first) - 1) < 0.5):
-            way[apart[first[i] : first[i + 1]]] ^= 1
-            taken[where == i] ^= 1
-        pieces, _, sizes, _ = evidence.pieces(way)
+    way, taken, seen, alone = sides.copy(), side.copy(), set(), 0
+    pieces = evidence.pieces(way)[0]
+    for _ in range(40):
+        i = rng.integers(len(first) - 1)
+        own = np.flatnonzero(where == i), pairs[where[pairs[:, 0]] == i]
         for body in (2, 30, 300):
-            assert crossover.count_pieces(taken, size, pairs, body) == (pieces, (sizes[:pieces] >= body).sum())
-        seen.add(pieces)
-    assert len(seen) > 3
+            loose = crossover.count_loose(taken, size, *own, body)
+            way[apart[first[i] : first[i + 1]]] ^= 1
+            taken[own[0]] ^= 1
+            count, _, sizes, _ = evidence.pieces(way)
+            assert crossover.count_pieces(taken, size, pairs, body) == (count, (sizes[:count] >= body).sum())
+            if loose >= 0:
+                assert crossover.count_loose(taken, size, *own, body) - loose == count - pieces
+                alone += 1
+            pieces = count
+            seen.add(pieces)
+    assert len(seen) > 3 and alone > 10
 
 
 def test_relabelling_lowers_walls_and_ties_and_keeps_what_is_far(part):

@@ -79,6 +79,25 @@ def count_pieces(side, size, pairs, body):
 
 
 @kernel
+def count_loose(side, size, members, pairs, body):
+    """Components that are members of one place alone, by its pairs; -1 where more than one body of a side, or less, is around it."""
+    around = np.full(2, -1)
+    for _, b in pairs:
+        if size[b] < body or (around[side[b]] >= 0 and around[side[b]] != b):
+            return -1
+        around[side[b]] = b
+    loose = len(members)
+    for a in members:
+        if size[a] >= body:
+            return -1
+        for c, b in pairs:
+            if c == a and side[b] == side[a]:
+                loose -= 1
+                break
+    return loose
+
+
+@kernel
 def take_better(ground, widest, sides, others, excess):
     """Take from `others`, in place, each place that lowers the energy."""
     _, _, nodes, links, _, starts, _ = ground
@@ -88,20 +107,31 @@ def take_better(ground, widest, sides, others, excess):
         return
     where, side, size, pairs = atoms(links, sides, apart, first)
     pieces, bodies = count_pieces(side, size, pairs, body)
+    members = np.argsort(where, kind="mergesort")
+    pairs = pairs[np.argsort(where[pairs[:, 0]], kind="mergesort")]
+    numbers = np.arange(len(first))
+    member, pair = np.searchsorted(where[members], numbers), np.searchsorted(where[pairs[:, 0]], numbers)
     for i in range(len(first) - 1):
         place = apart[first[i] : first[i + 1]]
+        within, touching = members[member[i] : member[i + 1]], pairs[pair[i] : pair[i + 1]]
         before = np.empty((len(place), 4), np.int32)
         energy, chi = 0.0, 0
         for j, x in enumerate(place):
             change, turned = flip(ground, scratch, widest, sides, x, excess, before[j])
             energy += change
             chi += turned
-        side[where == i] ^= 1
-        count, large = count_pieces(side, size, pairs, body)
+        count, large = pieces, bodies
+        if widest == np.inf:
+            loose = count_loose(side, size, within, touching, body)
+            side[within] ^= 1
+            if loose >= 0:
+                count += count_loose(side, size, within, touching, body) - loose
+            else:
+                count, large = count_pieces(side, size, pairs, body)
         # two bodies that become one are nothing gained
         if energy + topology(count - pieces + max(bodies - large, 0), chi, widest) < -1e-9:
             pieces, bodies = count, large
         else:
-            side[where == i] ^= 1
+            side[within] ^= 1
             for j in range(len(place) - 1, -1, -1):
                 flip_back(nodes, sides, place[j], excess, before[j])
