@@ -51,6 +51,19 @@ def normal_of(xx, xy, xz, yy, yz, zz):
 
 
 @kernel
+def plane_normal(total, sx, sy, sz, xx, xy, xz, yy, yz, zz):
+    """Normal of the plane of points, by their number and the sums of their coordinates and of the products of these."""
+    return normal_of(
+        xx - sx * sx / total,
+        xy - sx * sy / total,
+        xz - sx * sz / total,
+        yy - sy * sy / total,
+        yz - sy * sz / total,
+        zz - sz * sz / total,
+    )
+
+
+@kernel
 def tangents_of(nx, ny, nz):
     """Two unit vectors that make a right-handed frame with a unit normal (Duff et al. 2017)."""
     sign = math.copysign(1.0, nz)

@@ -8,7 +8,7 @@ import numpy as np
 
 from recon._kernels.compile import kernel
 
-from ._frame import normal_of, tangents_of
+from ._frame import plane_normal, tangents_of
 
 TERMS = 6
 SOFT = 1.0  # how much less the farthest neighbour counts
@@ -47,14 +47,7 @@ def fit_quadrics(points, start, stop, index, distance, k, normal, principal, err
             sx, sy, sz = sx + share * x, sy + share * y, sz + share * z
             xx, xy, xz = xx + share * x * x, xy + share * x * y, xz + share * x * z
             yy, yz, zz = yy + share * y * y, yz + share * y * z, zz + share * z * z
-        nx, ny, nz = normal_of(
-            xx - sx * sx / total,
-            xy - sx * sy / total,
-            xz - sx * sz / total,
-            yy - sy * sy / total,
-            yz - sy * sz / total,
-            zz - sz * sz / total,
-        )
+        nx, ny, nz = plane_normal(total, sx, sy, sz, xx, xy, xz, yy, yz, zz)
         ux, uy, uz, vx, vy, vz = tangents_of(nx, ny, nz)
         # normal equations
         for a in range(TERMS):

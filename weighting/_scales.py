@@ -8,7 +8,7 @@ import numpy as np
 
 from recon._kernels.compile import kernel
 
-from ._frame import normal_of, tangents_of
+from ._frame import plane_normal, tangents_of
 
 TERMS = 6  # h = a0 + a1 u + a2 v + a3 u^2 + a4 uv + a5 v^2
 FRAME = 12  # normal of its plane, coefficients, direction in that in which the fit is longer, square of how many times
@@ -143,14 +143,7 @@ def plane(local, distance, size, limit):
         total += 1.0
         sx, sy, sz = sx + x, sy + y, sz + z
         xx, xy, xz, yy, yz, zz = xx + x * x, xy + x * y, xz + x * z, yy + y * y, yz + y * z, zz + z * z
-    return normal_of(
-        xx - sx * sx / total,
-        xy - sx * sy / total,
-        xz - sx * sz / total,
-        yy - sy * sy / total,
-        yz - sy * sz / total,
-        zz - sz * sz / total,
-    )
+    return plane_normal(total, sx, sy, sz, xx, xy, xz, yy, yz, zz)
 
 
 @kernel

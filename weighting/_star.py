@@ -8,7 +8,7 @@ import numpy as np
 
 from recon._kernels.compile import kernel
 
-from ._frame import normal_of, tangents_of
+from ._frame import plane_normal, tangents_of
 
 STEEP = 9.0  # squared slope: a neighbour above 72 degrees has no direction around the sample
 
@@ -57,14 +57,7 @@ def stars(points, rows, index, distance, k, k_normal, spacing, widest, final, co
             sx, sy, sz = sx + x, sy + y, sz + z
             xx, xy, xz, yy, yz, zz = xx + x * x, xy + x * y, xz + x * z, yy + y * y, yz + y * z, zz + z * z
         count = min(k, k_normal) + 1.0
-        nx, ny, nz = normal_of(
-            xx - sx * sx / count,
-            xy - sx * sy / count,
-            xz - sx * sz / count,
-            yy - sy * sy / count,
-            yz - sy * sz / count,
-            zz - sz * sz / count,
-        )
+        nx, ny, nz = plane_normal(count, sx, sy, sz, xx, xy, xz, yy, yz, zz)
         ux, uy, uz, vx, vy, vz = tangents_of(nx, ny, nz)
         count = 0
         for j in range(k):
