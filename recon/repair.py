@@ -11,7 +11,7 @@ from .between import facets_between
 from .handles import cut_thin_handles
 from .threads import over_ranges
 
-PASSES = 6  # of moves; a search mostly ends after 3
+ROUNDS = 6  # of moves; a search mostly ends after 3
 # A search keeps what it finds first. So where more than ROUGH of the samples want mending it is made in several orders, and of the
 # outcomes the best is kept, place by place: the FIRST times from the sides as they were, then, for a closed surface, AGAIN from
 # those of least walls. (For a sheet, where walls of wide facets are none, these have rents.)
@@ -57,12 +57,11 @@ def repair(
     links, m, n = ground[3], len(ground[4]), len(ground[0])
     excess = excesses(ground, facets, widest, threads)
     rough = np.flatnonzero(excess)
-    room = pieces[1:]
+    number, component, size, queue = pieces
 
     def attempt(turn: int) -> tuple[NDArray[np.int8], NDArray[np.int32]]:
-        others, found, own = sides.copy(), excess.copy(), tuple(np.empty_like(part) for part in room)
-        number = components.number_components(links, others, *own[:2])
-        _search(ground, others, poles, found, (number, *own), widest, turn, 1)
+        others, found, own = sides.copy(), excess.copy(), (number, component.copy(), size.copy(), queue.copy())
+        _search(ground, others, poles, found, own, widest, turn, 1)
         return others, found
 
     def attempts(first: int, count: int) -> list[tuple[NDArray[np.int8], NDArray[np.int32]]]:
@@ -79,11 +78,12 @@ def repair(
             sides[:] = best
             relabel(ground, sides, *poles[:2], rough)
             excess = excesses(ground, facets_between(links, sides, m, threads), widest, threads)
+            number = components.number_components(links, sides, component, size)
             for others, _ in attempts(FIRST, AGAIN):
                 take_better(ground, np.float32(widest), best, others, found)
         sides[:], excess = best, found
     if widest == np.inf and cut_thin_handles(ground, sides, poles, excess, threads):
-        _absorb(ground, sides, excess, *room[:2], threads)
+        _absorb(ground, sides, excess, component, size, threads)
     return excess
 
 
@@ -106,7 +106,7 @@ def _search(
     if widest == np.inf:
         over_ranges(lambda *part: thin_spots(*ground[2:5], sides, *part, thin), m, threads)
     books = thin, np.zeros((3, len(sides)), np.int64), excess, component, size, queue
-    search(ground, sides, *poles[:2], np.float32(widest), PASSES, turn, *books, number)
+    search(ground, sides, *poles[:2], np.float32(widest), ROUNDS, turn, *books, number)
     if widest == np.inf:
         _absorb(ground, sides, excess, component, size, threads)
 

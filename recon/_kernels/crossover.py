@@ -64,7 +64,7 @@ def atoms(links, sides, apart, first):
 
 @kernel
 def count_pieces(side, size, pairs, body):
-    """Components of these atoms, and how many of them are bodies."""
+    """Components of these atoms, by their sides (a,), sizes (a,) and pairs (e, 2), and how many have `body` nodes or more."""
     parent, nodes = np.arange(len(side)), size.copy()
     pieces = len(side)
     for a, b in pairs:

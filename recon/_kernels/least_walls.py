@@ -127,7 +127,7 @@ def cells_near(ground, samples, rings, number):
 
 @kernel
 def tied(sides, one, other, number, near, tie):
-    """Energy of flipping each of the nodes `near`, where each pair of nodes on different sides is tied."""
+    """Energy of flipping each of the nodes `near`, where each pair of nodes (one[i], other[i]) on different sides is tied; -1 is none."""
     ties = np.zeros(len(near))
     for i in range(len(one)):
         if one[i] >= 0 and other[i] >= 0 and sides[one[i]] != sides[other[i]]:

@@ -13,9 +13,9 @@ TIE = 0.1  # energy of a tie: five facets with a radius of one spacing. Samples 
 
 @kernel
 def relabel(ground, sides, pole, anti, samples):
-    """Give the cells near `samples` the sides between which walls are least, in place, but for what samples tie.
+    """Give the cells near `samples` (k,) the sides (N,) between which walls are least, in place, but for what samples tie.
 
-    Each ties its poles, if they lie apart, else the nodes of either side around it that have the widest gates.
+    Each ties its poles (n,), if they lie apart, else the nodes of either side around it that have the widest gates.
     """
     _, _, _, _, gate, starts, star = ground
     number = np.full(len(sides), -1, np.int32)
