@@ -51,7 +51,7 @@ READINGS = {
     "kitten.xyz": "closed", "sphere_20k.xyz": "closed", "spheres.ply": "closed", "tore3D_300.off": "closed",
     "sphere3D_pts_on_grid.off": "closed", "hippo1.ply": "open", "oni.pwn": "open", "before_upsample.xyz": "open", "half.xyz": "open",
     "fin90_with_PCA_normals.xyz": "open", "point_set_2.xyz": "planar", "bun0.pcd": "open", "lamppost.pcd": "open", "milk.pcd": "open",
-    "samp11-utm.pcd": "open", "urban.las": "open", "simple.las": "open",
+    "samp11-utm.pcd": "terrain", "urban.las": "terrain", "simple.las": "open",
 }  # fmt: skip
 
 

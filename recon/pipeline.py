@@ -29,6 +29,7 @@ from .regular import RegularTriangulation, regular_triangulation
 from .report import Report
 from .samples import Samples, clean_samples
 from .surface import Surface, label_surface
+from .terrain import from_above, upward
 from .threads import workers
 from .topology import Topology, topology
 
@@ -54,9 +55,10 @@ class Reconstruction:
     weights : (n,) ndarray of float64 [L^2]
         alpha included: the surface is that of W_0.
     triangulation : RegularTriangulation
-    surface : {"closed", "open", "planar", "complex"}
+        Of a terrain that of its plan, all heights 0.
+    surface : {"closed", "open", "planar", "terrain", "complex"}
     confidence : float
-        Of the choice between closed and open, 0 to 1; 1 where the caller made it.
+        Of the choice between closed, open and terrain, 0 to 1; 1 where the caller made it.
     report : Report
     """
 
@@ -102,7 +104,7 @@ def reconstruct(
     weights: Literal["adaptive", "uniform"] | ArrayLike = "adaptive",
     *,
     alpha: float = 0.0,
-    surface: Literal["auto", "closed", "open", "complex"] = "auto",
+    surface: Literal["auto", "closed", "open", "terrain", "complex"] = "auto",
     attributes: Mapping[str, ArrayLike] | None = None,
     clean: bool = True,
     denoise: bool | None = None,
@@ -119,9 +121,10 @@ def reconstruct(
         Adaptive: squared local spacing. Uniform: the squared median of it, the same for all.
     alpha : float [L^2]
         Added to all weights: W_alpha(S) = W_0(S + alpha) (paper, 2.2).
-    surface : {"auto", "closed", "open", "complex"}
-        See `recon.surface.label_surface`; "complex" is the literal boundary of W_alpha, regular and singular facets. Auto is
-        open, too, where more than an eighth of the samples would lie beside the closed surface, once it is clean.
+    surface : {"auto", "closed", "open", "terrain", "complex"}
+        See `recon.surface.label_surface`; "terrain" triangulates the plan (x, y) and lifts it to the heights z; "complex" is the
+        literal boundary of W_alpha, regular and singular facets. Auto is open, too, where more than an eighth of the samples
+        would lie beside the closed surface, once it is clean.
     attributes : mapping of str to (n, ...) array_like, optional
         Carried over to the vertices of the mesh; those of a `PointCloud` by default.
     clean : bool
@@ -158,8 +161,8 @@ def reconstruct(
     if denoise is not None:
         denoise = as_flag(denoise, "denoise", "None (where there is noise), True or False")
     clean = as_flag(clean, "clean")
-    if not isinstance(surface, str) or surface not in ("auto", "closed", "open", "complex"):
-        raise InvalidInput(f"surface: expected 'auto', 'closed', 'open' or 'complex', got {shown(surface)}")
+    if not isinstance(surface, str) or surface not in ("auto", "closed", "open", "terrain", "complex"):
+        raise InvalidInput(f"surface: expected 'auto', 'closed', 'open', 'terrain' or 'complex', got {shown(surface)}")
     alpha = as_number(alpha, "alpha", "a finite number [L^2]")
     if not abs(alpha) <= MAX_WEIGHT:
         raise InvalidInput(f"alpha: expected a finite number [L^2], up to {MAX_WEIGHT:g}, got {alpha}")
@@ -174,29 +177,34 @@ def reconstruct(
         raise DegenerateInput(f"points: a surface needs at least 4, got {len(given)}")
     carried = _as_attributes(getattr(points, "attributes", None) if attributes is None else attributes, len(given))
     samples = clean_samples(given, denoise, threads)
-    located, hood = samples.points, samples.hood
+    located = samples.points
+    ground = from_above(samples, threads) if surface == "terrain" else samples
 
     clock.start("weights")
-    spacing = weighting.spacing(hood)
-    if not spacing.any():
-        raise DegenerateInput("points: all lie in one spot; a surface needs points that span a plane or more")
-    w = samples.below_others(_weigh(weights, hood, spacing) + alpha)
+    spacing, w = _weighed(ground, weights, alpha)
 
     clock.start("triangulation")
-    triangulation = regular_triangulation(located, w, threads=threads)
+    triangulation = regular_triangulation(ground.points, w, threads=threads)
 
     clock.start("surface")
     if surface == "complex":
         found = _literal(triangulation)
+    elif surface == "terrain":
+        found = _lifted(triangulation, spacing, "asked for", 1.0)
     else:
-        apart = weighting.line_spacing(hood, threads=threads)
+        apart = weighting.line_spacing(ground.hood, threads=threads)
         found = label_surface(triangulation, spacing, surface, apart=apart, threads=threads)
+        if found.kind == "terrain":
+            ground = from_above(samples, threads)
+            spacing, w = _weighed(ground, weights, alpha)
+            triangulation = regular_triangulation(ground.points, w, threads=threads)
+            found = _lifted(triangulation, spacing, found.reason, found.confidence)
     if len(found.faces) == 0:
         raise DegenerateInput(_nothing_left(found, triangulation, alpha))
 
     clock.start("clean")
     mesh, shape, copies, islands = _cleaned(located, found, carried, clean, threads)
-    beside = 1 - np.count_nonzero(np.bincount(mesh.vertex_source)) / len(hood.points)
+    beside = 1 - np.count_nonzero(np.bincount(mesh.vertex_source)) / len(samples.hood.points)
     if surface == "auto" and found.kind == "closed" and beside > BESIDE:
         found = label_surface(triangulation, spacing, "open", apart=apart, threads=threads)
         reason = f"{beside:.0%} of the samples would lie beside the closed surface"
@@ -226,6 +234,14 @@ def _cleaned(
     if copies or islands:
         shape = topology(mesh.faces, threads=threads)
     return mesh, shape, copies, islands
+
+
+def _weighed(samples: Samples, weights: Any, alpha: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Local spacing and weights."""
+    spacing = weighting.spacing(samples.hood)
+    if not spacing.any():
+        raise DegenerateInput("points: all lie in one spot; a surface needs points that span a plane or more")
+    return spacing, samples.below_others(_weigh(weights, samples.hood, spacing) + alpha)
 
 
 def _weigh(weights: Any, hood: weighting.Neighborhood, spacing: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -260,6 +276,15 @@ def _literal(triangulation: RegularTriangulation) -> Surface:
     used = len(np.unique(boundary.facets))
     buried = len(triangulation.points) - len(triangulation.hidden) - used
     return Surface(boundary.facets, bridged, "complex", 1.0, "asked for", buried, 0, 0)
+
+
+def _lifted(plan: RegularTriangulation, spacing: NDArray[np.float64], reason: str, confidence: float) -> Surface:
+    """The region that a plan covers, seen from above."""
+    if plan.dimension < 2:
+        raise DegenerateInput("surface='terrain': seen from above all points lie on a line; z must point up")
+    # Where flights overlap samples are dense, and gaps as wide as elsewhere.
+    found = label_surface(plan, np.maximum(spacing, np.median(spacing)))
+    return replace(found, faces=upward(plan.points, found.faces), kind="terrain", reason=reason, confidence=confidence)
 
 
 def _nothing_left(found: Surface, triangulation: RegularTriangulation, alpha: float) -> str:

@@ -22,7 +22,7 @@ def repair(
     ground: tuple[NDArray, ...],
     sides: NDArray[np.int8],
     poles: tuple[NDArray, NDArray, NDArray],
-    facets: NDArray[np.int64],
+    excess: NDArray[np.int32],
     pieces: tuple[int, NDArray, NDArray, NDArray],
     widest: float,
     threads: int | None,
@@ -37,8 +37,8 @@ def repair(
     sides : (N,) ndarray of int8
     poles : (n,) ndarrays of int32, int32, float32
         The deepest node around every sample, the deepest opposite to it, and how sure that is.
-    facets : (f,) ndarray of int64
-        Between the sides, see `facets_between`.
+    excess : (n,) ndarray of int32
+        Umbrellas of these sides, see `excesses`. Of no more use after that.
     pieces : number of components, component (N,), size (N + 1,), queue (N,)
         Of these sides, see `recon._kernels.components.number_components`. Of no more use after that.
     widest : float
@@ -55,7 +55,6 @@ def repair(
     from ._kernels.relabel import relabel
 
     links, m, n = ground[3], len(ground[4]), len(ground[0])
-    excess = excesses(ground, facets, widest, threads)
     rough = np.flatnonzero(excess)
     number, component, size, queue = pieces
 

@@ -27,7 +27,7 @@ MEANING = {
     "weights.median_spacing": ("L", "median local distance between samples"),
     "triangulation.cells": ("count", "tetrahedra of the regular triangulation"),
     "triangulation.hidden_points": ("count", "points that are no vertex of it, as heavier ones hide them"),
-    "surface.kind": ("", "how the cloud was read: closed, open, planar, or the literal complex"),
+    "surface.kind": ("", "how the cloud was read: closed, open, planar, terrain, or the literal complex"),
     "surface.confidence": ("1", "of the choice between closed and open; 1 where the caller made it"),
     "surface.because": ("", "why it was read so"),
     "surface.facets_of_W0": ("count", "facets that are faces of W_0, the weighted alpha shape"),

@@ -20,7 +20,8 @@ from .contracts import DegenerateInput, InvalidInput
 from .mesh import turned
 from .pinholes import pinholes
 from .regular import OUTWARD, RegularTriangulation
-from .repair import flip_edges, repair
+from .repair import excesses, flip_edges, repair
+from .terrain import RUGGED, seen_from_above
 from .threads import over_ranges, together
 from .topology import topology
 
@@ -43,8 +44,8 @@ class Surface:
         Input rows, counter-clockwise seen from outside (of an open sheet: from one side of it).
     bridged : (f,) ndarray of bool
         Facets of positive size: no faces of W_0, they close its leaks, or an edge was flipped there.
-    kind : {"closed", "open", "planar"}
-        What came out: "open" has a boundary.
+    kind : {"closed", "open", "planar", "terrain"}
+        What came out: "open" has a boundary. A terrain has no facets in space; `reconstruct` triangulates its plan.
     confidence : float
         0 (a toss-up) to 1, of the choice between closed and open; 1 where the caller made it.
     reason : str
@@ -91,7 +92,8 @@ def label_surface(
     kind : {"auto", "closed", "open"}
         Closed: the boundary of a solid, leaks closed by the smallest facets. Open: sheets with a boundary. Auto: closed,
         unless a quarter of the area of that would be walls, facets wider than those of a sheet, or it falls into bubbles
-        of less than 32 samples.
+        of less than 32 samples; and none of both, but a terrain, where more than a sixteenth of the samples would have no single
+        umbrella of facets to begin with, and they are spread more evenly in the plan than in space.
     apart : (n,) ndarray of float64 [L], optional
         Distance between samples where they are widest apart, `weighting.line_spacing`: what facets of a sheet, and walls, are
         measured by. The spacing by default.
@@ -128,12 +130,12 @@ def label_surface(
     if triangulation.dimension == 2:
         return _planar(triangulation, apart)
     if kind == "open":
-        return _Evidence(triangulation, apart, flips, threads).open("asked for", 1.0)
+        return _Evidence(triangulation, apart, flips, threads).open("asked for", 1.0, kind)
     evidence = _Evidence(triangulation, spacing, flips, threads)
 
     def sheet(reason: str, confidence: float) -> Surface:
         same = np.array_equal(apart, spacing)
-        return (evidence if same else _Evidence(triangulation, apart, flips, threads)).open(reason, confidence)
+        return (evidence if same else _Evidence(triangulation, apart, flips, threads)).open(reason, confidence, kind)
 
     sides, passed = evidence.closed_sides()
     facets = evidence.between(sides)
@@ -147,7 +149,10 @@ def label_surface(
         sure = min(bubbles * BUBBLE / len(spacing) - 1, 1.0)
         return sheet(f"the closed surface would fall into {bubbles} bubbles", sure)
     if walls < WALLS:
-        excess = evidence.repair(sides, facets, pieces, np.inf)
+        excess = evidence.excesses(facets, np.inf)
+        if terrain := evidence.terrain(excess, kind):
+            return terrain
+        excess = evidence.repair(sides, excess, pieces, np.inf)
         facets = evidence.between(sides)
         if kind == "closed":
             return evidence.closed(sides, facets, excess, passed)
@@ -226,11 +231,27 @@ class _Evidence:
         """What sides are mended on."""
         return self.points, self.spacing, self.nodes, self.links, self.gate, *self.stars
 
+    def excesses(self, facets: NDArray[np.int64], widest: float) -> NDArray[np.int32]:
+        """The excess umbrellas of every sample, -1 where it is buried."""
+        return excesses(self.ground, facets, widest, self.threads)
+
+    def terrain(self, excess: NDArray[np.int32], asked: Kind) -> Surface | None:
+        """That it is a terrain: where the samples are rugged and seen from above, and the caller did not choose."""
+        rugged = np.count_nonzero(excess) / len(excess)
+        if asked != "auto" or rugged <= RUGGED or not seen_from_above(self.points, self.threads):
+            return None
+        reason = (
+            f"{rugged:.0%} of the samples lie on no sheet, and they are spread more evenly in the plan than in space"
+        )
+        none = np.zeros((0, 3), np.int32)
+        confidence = float(min(rugged / RUGGED - 1, 1.0))
+        return Surface(none, none[:, 0] > 0, "terrain", confidence, reason, 0, 0, 0)
+
     def repair(
-        self, sides: NDArray[np.int8], facets: NDArray[np.int64], pieces: Pieces, widest: float
+        self, sides: NDArray[np.int8], excess: NDArray[np.int32], pieces: Pieces, widest: float
     ) -> NDArray[np.int32]:
-        """Mend `sides` in place; the excess umbrellas of every sample, -1 where it is buried."""
-        return repair(self.ground, sides, self.poles, facets, pieces, widest, self.threads)
+        """Mend `sides` in place; their excess umbrellas afterwards."""
+        return repair(self.ground, sides, self.poles, excess, pieces, widest, self.threads)
 
     def flip_edges(
         self, sides: NDArray[np.int8], facets: NDArray[np.int64], excess: NDArray[np.int32], widest: float
@@ -281,12 +302,15 @@ class _Evidence:
         """Faces in rows of the input."""
         return self.order.astype(np.int32)[faces]
 
-    def open(self, reason: str, confidence: float) -> Surface:
+    def open(self, reason: str, confidence: float, asked: Kind) -> Surface:
         """The facets between one hand and the other that are no wider than a sheet's."""
         from ._kernels.complex import used_vertices
 
         sides, passed = self.open_sides()
-        excess = self.repair(sides, self.between(sides), self.pieces(sides), OPEN_GATE)
+        excess = self.excesses(self.between(sides), OPEN_GATE)
+        if terrain := self.terrain(excess, asked):
+            return terrain
+        excess = self.repair(sides, excess, self.pieces(sides), OPEN_GATE)
         facets, *counts = self.flip_edges(sides, self.between(sides), excess, OPEN_GATE)
         facets = facets[self.gate.ravel()[facets] <= OPEN_GATE]
         cloud, walls = (self.points, self.spacing), (self.nodes, self.gate, *self.stars)

@@ -46,7 +46,8 @@ def evidence_of(points: np.ndarray, threads: int = 1) -> tuple[_Evidence, np.nda
 def mended(points: np.ndarray, threads: int = 1) -> tuple[float, np.ndarray]:
     """Energy and sides."""
     evidence, sides = evidence_of(points, threads)
-    excess = evidence.repair(sides, evidence.between(sides), evidence.pieces(sides), np.inf)
+    before = evidence.excesses(evidence.between(sides), np.inf)
+    excess = evidence.repair(sides, before, evidence.pieces(sides), np.inf)
     np.testing.assert_array_equal(excess, repair.excesses(evidence.ground, evidence.between(sides), np.inf, 1))
     return energy_of(evidence, sides), sides
 

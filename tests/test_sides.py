@@ -7,6 +7,7 @@ import pytest
 import recon
 import weighting
 from recon._kernels import components, energy, forest, sides, umbrellas
+from recon.repair import excesses
 from recon.repair import repair as mend
 from recon.topology import topology
 
@@ -231,8 +232,8 @@ def test_repair_never_raises_the_energy_and_says_what_is_left(seed):
     parts = np.empty(N, np.int32), np.empty(N + 1, np.int64), np.empty(N, np.int32)
     pieces = components.number_components(links, side, *parts[:2]), *parts
     ground = points, spacing, nodes, links, gate, *umbrellas.star_lists(nodes, n)
-    facets = forest.facets_between(links, side, m, 0, m)
-    excess = mend(ground, side, (pole, anti, trust), facets, pieces, np.inf, 1 + seed % 2)
+    excess = excesses(ground, forest.facets_between(links, side, m, 0, m), np.inf, 1)
+    excess = mend(ground, side, (pole, anti, trust), excess, pieces, np.inf, 1 + seed % 2)
     after, expected = energy_of(points, spacing, nodes, links, side)
     np.testing.assert_array_equal(excess, expected)
     assert (side != damaged).any()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import combinations
 from typing import TYPE_CHECKING
 
@@ -9,12 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..contracts import CertificateError
+from ..exact import Cloud
+from ..mesh import Mesh
 from .complex import certify_complex
 from .surface import certify_mesh, count_mesh
 from .triangulation import certify_triangulation
 
 if TYPE_CHECKING:
     from ..pipeline import Reconstruction
+
+_CLOSED = {"closed": True, "open": False, "planar": False, "terrain": False, "complex": None}
 
 
 def certify_reconstruction(result: Reconstruction) -> None:
@@ -36,8 +41,8 @@ def certify_reconstruction(result: Reconstruction) -> None:
     """
     triangulation, mesh, kind = result.triangulation, result.mesh, result.surface
     certify_triangulation(triangulation)
-    if kind not in ("closed", "open", "planar", "complex"):
-        raise CertificateError(f"surface: {kind!r} is none of 'closed', 'open', 'planar', 'complex'")
+    if kind not in _CLOSED:
+        raise CertificateError(f"surface: {kind!r} is none of {', '.join(map(repr, _CLOSED))}")
     if not np.array_equal(result.weights, triangulation.weights):
         raise CertificateError("weights: not those of the triangulation")
     if not 0 <= result.confidence <= 1:
@@ -50,9 +55,11 @@ def certify_reconstruction(result: Reconstruction) -> None:
     for name, value in counts.items():
         if told.get(name) != value:
             raise CertificateError(f"report: {name} {told.get(name)}, but the mesh has {value}")
+    if kind == "terrain":
+        mesh = _plan(mesh)  # where that is embedded, so is what lies above it
     certify_mesh(
         mesh,
-        closed={"closed": True, "open": False, "planar": False, "complex": None}[kind],
+        closed=_CLOSED[kind],
         manifold=counts["nonmanifold_edges"] == counts["nonmanifold_vertices"] == 0,
         oriented=kind == "closed" or (kind != "complex" and told["oriented"]),
         points=triangulation.points,
@@ -67,6 +74,15 @@ def _faces_of_triangulation(faces: NDArray[np.int64], cells: NDArray[np.int32]) 
     bad = np.flatnonzero(~np.isin(_key(np.sort(faces, axis=1), n), np.unique(np.concatenate(known))))
     if len(bad):
         raise CertificateError(f"face {bad[0]}, input rows {faces[bad[0]]}, is no triangle of the triangulation")
+
+
+def _plan(mesh: Mesh) -> Mesh:
+    """The mesh at height 0, every face of it seen from above."""
+    plan = Cloud(mesh.vertices, axes=(0, 1))
+    bad = np.flatnonzero(plan.sign(plan.orient, *mesh.faces.T) <= 0)
+    if len(bad):
+        raise CertificateError(f"face {bad[0]} {mesh.faces[bad[0]]} of a terrain is not seen from above")
+    return replace(mesh, vertices=mesh.vertices * [1.0, 1.0, 0.0])
 
 
 def _literal(result: Reconstruction) -> None:

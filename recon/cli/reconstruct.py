@@ -17,7 +17,7 @@ _EXAMPLES = """
 \b
 Examples:
   recon reconstruct scan.xyz mesh.ply
-  recon reconstruct sheet.las terrain.ply --surface open --report report.json
+  recon reconstruct flight.las terrain.ply --surface terrain --report report.json
   recon reconstruct torus.xyz torus.ply --against torus --report report.html
   recon reconstruct protein.pdb mesh.ply --surface complex --weights radius
   recon reconstruct scans/*.ply meshes/ --to obj
@@ -29,8 +29,8 @@ Examples:
 @click.argument("inputs", nargs=-1, required=True, metavar="IN...", type=PATH)
 @click.argument("out", type=PATH)
 @click.option(
-    "--surface", type=click.Choice(["auto", "closed", "open", "complex"]), default="auto", show_default=True,
-    help="What the mesh is to be; complex is the literal boundary of the weighted alpha complex.",
+    "--surface", type=click.Choice(["auto", "closed", "open", "terrain", "complex"]), default="auto", show_default=True,
+    help="What the mesh is to be; terrain: heights z over x and y; complex: the literal boundary of the weighted alpha complex.",
 )  # fmt: skip
 @shared("weights")
 @click.option("--alpha", type=Alpha(), default=0.0, show_default=True, help="Added to every weight: a squared length.")

@@ -33,6 +33,10 @@ def remarks(result: Reconstruction, asked: str, alpha: float) -> list[str]:
     used = mesh["share_of_points_used"]
     if used < _USED and asked == "complex":
         found.append(f"only {used:.1%} of the points lie on the mesh; {useful(result, alpha)}")
+    elif used < _USED and result.surface == "terrain":
+        found.append(
+            f"only {used:.1%} of the points lie on the mesh; the others have one above them at the same x and y"
+        )
     elif used < _USED:
         found.append(f"only {used:.1%} of the points lie on the mesh; recon info tells of noise and outliers")
     faces = surface["facets_of_W0"] + surface["bridged"]
@@ -40,7 +44,7 @@ def remarks(result: Reconstruction, asked: str, alpha: float) -> list[str]:
         share = surface["leaks"] / faces
         found.append(f"{share:.0%} of the faces bridge leaks, as the weights are small; {useful(result, alpha)}")
     if asked == "auto" and surface["confidence"] < _TOSS_UP:
-        found.append(f"{result.surface} or not is a toss-up here; --surface closed or --surface open decides")
+        found.append(f"{result.surface} or not is a toss-up here; --surface closed, open or terrain decides")
     return found
 
 

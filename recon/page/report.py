@@ -115,9 +115,8 @@ def _lead(result: Reconstruction) -> str:
         rim = "no open edge" + (f", genus {mesh['genus']:,}" if mesh["genus"] is not None else "")
     flaws = mesh["nonmanifold_edges"] + mesh["nonmanifold_vertices"]
     whole = "manifold" if not flaws else f"{flaws:,} non-manifold edges and vertices"
-    kind = {"complex": "The literal boundary of the complex"}.get(result.surface, f"A {result.surface} surface")
-    if result.surface == "open":
-        kind = "An open surface"
+    named = {"complex": "The literal boundary of the complex", "open": "An open surface", "terrain": "A terrain"}
+    kind = named.get(result.surface, f"A {result.surface} surface")
     return escape(
         f"{kind} of {mesh['faces']:,} triangles in {pieces} through {shown(100.0 * mesh['share_of_points_used'])} % of "
         f"{figures['points']:,} points: {rim}, {whole}."

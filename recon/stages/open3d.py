@@ -23,7 +23,7 @@ def create_from_point_cloud_weighted_alpha_shape(
     weights: Literal["adaptive", "uniform"] | ArrayLike = "adaptive",
     *,
     alpha: float = 0.0,
-    surface: Literal["auto", "closed", "open", "complex"] = "auto",
+    surface: Literal["auto", "closed", "open", "terrain", "complex"] = "auto",
     clean: bool = True,
     denoise: bool | None = None,
     threads: int | None = None,
