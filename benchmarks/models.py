@@ -4,10 +4,12 @@
     for wheel in wheels/*.whl; do python -m zipfile -e $wheel models; done
     python benchmarks/models.py models models.json                               # recon; add --contender NAME for others
     python benchmarks/models.py models models.json --random                      # points at random, none kept apart
+    python benchmarks/models.py models models.json --images 0.25 0.5             # depth images: noise, misplacement [pixels]
 
 Of a folder all meshes are taken that are closed, 2-manifold and do not cross themselves, of 500 to 500,000 faces, one of each
 number of vertices and faces (many are copies). Each is given POINTS samples, spread evenly by area: those of eight times as
 many at random that lie no nearer than 0.8 mean spacings to one before. Judged as in `evidence.py`: right topology, and solved.
+Depth images are those of 14 cameras (`depth_images.py`), of the models that they see all of.
 Many of these models have walls, slots and fillets that are finer than the samples: not all can come out right.
 """
 
@@ -18,8 +20,10 @@ import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from depth_images import depth_images
 from evidence import judge, save
 from evidence_clouds import Cloud, welded
 from numpy.typing import NDArray
@@ -75,6 +79,11 @@ def sample(mesh: recon.Mesh, n: int, even: bool) -> NDArray[np.float64]:
     return points[kept]
 
 
+def told(result: Any) -> int | None:
+    """Thin loops of a surface that recon read as closed."""
+    return len(result.thin_loops) if getattr(result, "surface", None) == "closed" else None
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path, metavar="FOLDER")
@@ -82,18 +91,27 @@ def main() -> None:
     parser.add_argument("--contender", action="append", choices=list(CONTENDERS), help="default: recon")
     parser.add_argument("--points", type=int, default=POINTS)
     parser.add_argument("--random", action="store_true")
+    parser.add_argument("--images", nargs=2, type=float, metavar=("NOISE", "SHIFT"))
     options = parser.parse_args()
     results = []
     for name, mesh in models(options.folder):
-        points = sample(mesh, options.points, not options.random)
+        if options.images:
+            points = depth_images(mesh, options.points, *options.images)
+        else:
+            points = sample(mesh, options.points, not options.random)
+        if points is None:
+            continue
         euler = len(mesh.vertices) - len(mesh.faces) // 2
         cloud = Cloud(points, np.ones(len(points), bool), nearest(points), mesh, ((euler, 0),))
         for contender in options.contender or [RECON]:
             start = time.perf_counter()
             try:
-                made = [getattr(one, "mesh", one) for one in CONTENDERS[contender].run(points, cloud.near)]
+                made = list(CONTENDERS[contender].run(points, cloud.near))
                 seconds = time.perf_counter() - start
-                judged = [judge(one, cloud, CONTENDERS[contender].interpolates) for one in made]
+                judged = [
+                    {**judge(getattr(one, "mesh", one), cloud, CONTENDERS[contender].interpolates), "thin": told(one)}
+                    for one in made
+                ]
                 best = min(judged, key=lambda one: (one["faults"] != [], not one.get("shape")))
             except Exception as error:  # whatever it is, it is a failure of that contender, by name
                 seconds, best = time.perf_counter() - start, {"faults": [f"{type(error).__name__}: {error}"]}
@@ -104,6 +122,14 @@ def main() -> None:
         own = [one for one in results if one["contender"] == contender]
         right, solved = sum(bool(one.get("shape")) for one in own), sum(not one["faults"] for one in own)
         print(f"{contender}: of {len(own)} models {right} of the right topology, {solved} solved")
+    closed = [one for one in results if one.get("thin") is not None]
+    for name, some in (
+        ("none", [one for one in closed if not one["thin"]]),
+        ("some", [one for one in closed if one["thin"]]),
+    ):
+        print(
+            f"{RECON}, thin loops: {name}: {sum(bool(one.get('shape')) for one in some)} of {len(some)} of the right topology"
+        )
 
 
 if __name__ == "__main__":

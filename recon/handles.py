@@ -1,4 +1,4 @@
-"""Handles too thin to be true: the short loops around them are found, and they are cut where that costs nothing."""
+"""Handles too thin to be true: the short loops around them are found, they are cut where that costs nothing, and what is left is told."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def cut_thin_handles(
     poles: tuple[NDArray, NDArray, NDArray],
     excess: NDArray[np.int32],
     threads: int | None,
-) -> int:
+) -> tuple[int, list[NDArray[np.int64]]]:
     """Cut the thin handles of a closed surface that cost nothing, in place.
 
     Parameters
@@ -35,8 +35,10 @@ def cut_thin_handles(
 
     Returns
     -------
-    int
+    cut : int
         By how much the Euler number of the surface has grown: twice the number of handles cut.
+    loops : list of (k,) ndarray of int64
+        The samples of each loop around a thin handle that is left, or through it, in order; one of each homology class.
     """
     from ._kernels import components, forest, umbrellas  # numba takes a while to load
     from ._kernels.handles import cut_handle
@@ -54,20 +56,25 @@ def cut_thin_handles(
         shallow = (trust < SHALLOW) | (sides[pole] == sides[anti])
         among = _beyond_disks(faces, shallow)
         if not among.any():
-            return cut
+            return cut, []
         used = np.zeros(n, bool)
         used[faces.ravel()] = True
         if used.sum() - len(faces) // 2 == 2 * components.count_components(links, sides) - 2:
-            return cut  # its Euler number without handles
+            return cut, []  # its Euler number without handles
         touched = np.zeros(n, bool)
-        for loop in _loops(faces, among):
-            around = np.linalg.norm(points[loop] - points[np.roll(loop, 1)], axis=1).sum()
-            if around <= THIN * spacing[loop].mean() and tried.get(loop.tobytes(), -1) < stirred[loop].max():
+        thin = [loop for loop in _loops(faces, among) if _length(points, loop) <= THIN * spacing[loop].mean()]
+        for loop in thin:
+            if tried.get(loop.tobytes(), -1) < stirred[loop].max():
                 tried[loop.tobytes()] = turn
                 cut += cut_handle(ground, scratch, sides, excess, loop, pole, anti, (idle, touched))
         if not touched.any():
-            return cut
+            return cut, thin
         stirred[touched] = turn + 1
+
+
+def _length(points: NDArray[np.float64], loop: NDArray[np.int64]) -> float:
+    """Of a closed polygon through these points."""
+    return float(np.linalg.norm(points[loop] - points[np.roll(loop, 1)], axis=1).sum())
 
 
 def _beyond_disks(faces: NDArray[np.integer], among: NDArray[np.bool_]) -> NDArray[np.bool_]:

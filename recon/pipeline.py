@@ -60,6 +60,8 @@ class Reconstruction:
     confidence : float
         Of the choice between closed, open and terrain, 0 to 1; 1 where the caller made it.
     report : Report
+    thin_loops : tuple of (k,) ndarray of int64
+        Where the topology of a closed surface is doubtful, as input rows: `recon.surface.Surface`.
     """
 
     mesh: Mesh
@@ -68,6 +70,7 @@ class Reconstruction:
     surface: str
     confidence: float
     report: Report
+    thin_loops: tuple[NDArray[np.int64], ...] = ()
 
     def __repr__(self) -> str:
         used = f"{self.report['mesh']['share_of_points_used']:.2%} of {self.report['input']['points']:,} points used"
@@ -216,9 +219,8 @@ def reconstruct(
     clock.start("report")
     sections = _figures(samples, spacing, w, weights, triangulation, found, mesh, shape, copies, islands)
     seconds = clock.stop()
-    return Reconstruction(
-        mesh, w, triangulation, found.kind, found.confidence, Report({**sections, "seconds": seconds})
-    )
+    report = Report({**sections, "seconds": seconds})
+    return Reconstruction(mesh, w, triangulation, found.kind, found.confidence, report, found.thin_loops)
 
 
 def _cleaned(
@@ -338,6 +340,7 @@ def _figures(
             "facets_of_W0": int((~found.bridged).sum()),
             "bridged": int(found.bridged.sum()),
             "buried_points": found.buried,
+            "thin_loops": len(found.thin_loops),
             "leaks": found.leaks,
             "flipped_edges": found.flipped_edges,
         },

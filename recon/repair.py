@@ -26,7 +26,7 @@ def repair(
     pieces: tuple[int, NDArray, NDArray, NDArray],
     widest: float,
     threads: int | None,
-) -> NDArray[np.int32]:
+) -> tuple[NDArray[np.int32], list[NDArray[np.int64]]]:
     """Improve the sides of nodes in place by local searches; then thin handles of a closed surface are cut.
 
     Parameters
@@ -49,6 +49,8 @@ def repair(
     -------
     excess : (n,) ndarray of int32
         Of every sample 0 for one umbrella, -1 where it is buried, more where it is pinched.
+    thin : list of (k,) ndarray of int64
+        Loops around thin handles of a closed surface that are left, `recon.handles.cut_thin_handles`.
     """
     from ._kernels import components  # numba takes a while to load
     from ._kernels.crossover import take_better
@@ -81,9 +83,12 @@ def repair(
             for others, _ in attempts(FIRST, AGAIN):
                 take_better(ground, np.float32(widest), best, others, found)
         sides[:], excess = best, found
-    if widest == np.inf and cut_thin_handles(ground, sides, poles, excess, threads):
+    if widest < np.inf:
+        return excess, []
+    cut, thin = cut_thin_handles(ground, sides, poles, excess, threads)
+    if cut:
         _absorb(ground, sides, excess, component, size, threads)
-    return excess
+    return excess, thin
 
 
 def _search(

@@ -35,6 +35,10 @@ MEANING = {
     "surface.leaks": ("count", "facets that bridged a leak of W_0 before edges were flipped"),
     "surface.flipped_edges": ("count", "edges flipped so that the surface bends less"),
     "surface.buried_points": ("count", "vertices of the triangulation that are not on the surface"),
+    "surface.thin_loops": (
+        "count",
+        "loops of at most 5 pi spacings around handles or through them: narrow bores, or gaps between samples",
+    ),
     "mesh.vertices": ("count", "vertices in use"),
     "mesh.faces": ("count", "triangles"),
     "mesh.chi": ("count", "Euler characteristic: vertices - edges + faces"),

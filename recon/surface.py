@@ -58,6 +58,10 @@ class Surface:
         Bridged facets before edges were flipped.
     flipped_edges : int
         Edges flipped so that the surface bends less.
+    thin_loops : tuple of (k,) ndarray of int64
+        Of a closed surface the loops of at most 5 pi spacings around a handle, or through it, one of each homology class, fewest
+        edges first, as input rows in order: a bore as narrow as that, or a gap between samples. They are looked for where the
+        poles of samples are not deep, or not apart.
     """
 
     faces: NDArray[np.int32]
@@ -70,6 +74,7 @@ class Surface:
     passed_over: int
     leaks: int = 0
     flipped_edges: int = 0
+    thin_loops: tuple[NDArray[np.int64], ...] = ()
 
 
 def label_surface(
@@ -152,14 +157,16 @@ def label_surface(
         excess = evidence.excesses(facets, np.inf)
         if terrain := evidence.terrain(excess, kind):
             return terrain
-        excess = evidence.repair(sides, excess, pieces, np.inf)
+        repaired = evidence.repair(sides, excess, pieces, np.inf)
         facets = evidence.between(sides)
         if kind == "closed":
-            return evidence.closed(sides, facets, excess, passed)
+            return evidence.closed(sides, facets, *repaired, passed)
         walls = evidence.walls(facets, apart)
         if walls < WALLS:
             reason = f"only {walls:.1%} of the closed surface is walls, facets wider than a sheet's"
-            return replace(evidence.closed(sides, facets, excess, passed), reason=reason, confidence=1 - walls / WALLS)
+            return replace(
+                evidence.closed(sides, facets, *repaired, passed), reason=reason, confidence=1 - walls / WALLS
+            )
     sure = min((walls - WALLS) / (0.5 - WALLS), 1.0)  # a flat sheet that is closed over is half walls
     return sheet(f"{walls:.0%} of the closed surface would be walls, facets wider than a sheet's", sure)
 
@@ -249,8 +256,8 @@ class _Evidence:
 
     def repair(
         self, sides: NDArray[np.int8], excess: NDArray[np.int32], pieces: Pieces, widest: float
-    ) -> NDArray[np.int32]:
-        """Mend `sides` in place; their excess umbrellas afterwards."""
+    ) -> tuple[NDArray[np.int32], list[NDArray[np.int64]]]:
+        """Mend `sides` in place; their excess umbrellas afterwards, and thin handles."""
         return repair(self.ground, sides, self.poles, excess, pieces, widest, self.threads)
 
     def flip_edges(
@@ -272,15 +279,19 @@ class _Evidence:
         return corners_of(self.cells, facets, OUTWARD)
 
     def closed(
-        self, sides: NDArray[np.int8], facets: NDArray[np.int64], excess: NDArray[np.int32], passed: int
+        self,
+        sides: NDArray[np.int8],
+        facets: NDArray[np.int64],
+        excess: NDArray[np.int32],
+        thin: list[NDArray[np.int64]],
+        passed: int,
     ) -> Surface:
         """All facets between inside and outside, once `sides` are mended."""
-        facets, *counts = self.flip_edges(sides, facets, excess, np.inf)
+        facets, leaks, flipped = self.flip_edges(sides, facets, excess, np.inf)
+        faces, bridged = self.rows(self.faces(facets)), self.leak.ravel()[facets]
         buried, pinched = int((excess < 0).sum()), int((excess > 0).sum())
-        bridged = self.leak.ravel()[facets]
-        return Surface(
-            self.rows(self.faces(facets)), bridged, "closed", 1.0, "asked for", buried, pinched, passed, *counts
-        )
+        loops = tuple(self.order[loop] for loop in thin)
+        return Surface(faces, bridged, "closed", 1.0, "asked for", buried, pinched, passed, leaks, flipped, loops)
 
     def pieces(self, sides: NDArray[np.int8]) -> Pieces:
         """Components of nodes of one side: their number, that of each node, and their sizes; and room for `repair`."""
@@ -310,8 +321,8 @@ class _Evidence:
         excess = self.excesses(self.between(sides), OPEN_GATE)
         if terrain := self.terrain(excess, asked):
             return terrain
-        excess = self.repair(sides, excess, self.pieces(sides), OPEN_GATE)
-        facets, *counts = self.flip_edges(sides, self.between(sides), excess, OPEN_GATE)
+        excess, _ = self.repair(sides, excess, self.pieces(sides), OPEN_GATE)
+        facets, leaks, flipped = self.flip_edges(sides, self.between(sides), excess, OPEN_GATE)
         facets = facets[self.gate.ravel()[facets] <= OPEN_GATE]
         cloud, walls = (self.points, self.spacing), (self.nodes, self.gate, *self.stars)
         facets = np.append(facets, pinholes(cloud, walls, self.faces(facets).astype(np.int64), PINHOLE))
@@ -320,9 +331,8 @@ class _Evidence:
         buried = int((used_vertices(self.cells, n) & ~used_vertices(faces, n)).sum())
         kind = "closed" if topology(faces).closed else "open"
         bridged = self.leak.ravel()[facets]
-        return Surface(
-            self.rows(faces), bridged, kind, confidence, reason, buried, int((excess > 0).sum()), passed, *counts
-        )
+        faces, pinched = self.rows(faces), int((excess > 0).sum())
+        return Surface(faces, bridged, kind, confidence, reason, buried, pinched, passed, leaks, flipped)
 
 
 def _planar(triangulation: RegularTriangulation, spacing: NDArray[np.float64]) -> Surface:

@@ -1,13 +1,17 @@
 """Thin handles: the loops around them, and what is cut."""
 
+import re
+
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 import datasets_synthetic
 import recon
 import weighting
 from recon._kernels import energy
 from recon._kernels.least_walls import least_walls
+from recon.cli import main
 from recon.handles import EDGES, _beyond_disks, _loops, cut_thin_handles
 from recon.repair import excesses
 from recon.surface import _Evidence
@@ -120,6 +124,47 @@ def test_tunnels_through_a_thin_wall_are_closed():
     assert right >= 5
 
 
+def test_what_is_left_of_tunnels_is_told():
+    wrong = 0
+    for seed in range(6):
+        result = recon.reconstruct(bowl(3000, 1.2, seed), surface="closed")
+        genus = 1 - topology(result.mesh.faces).euler // 2
+        wrong += genus > 0
+        assert genus <= len(result.thin_loops) == result.report["surface"]["thin_loops"]
+    assert wrong > 0
+
+
+@pytest.mark.parametrize(("hole", "told"), [(0.1, 1), (0.4, 0)])
+def test_a_narrow_bore_is_told_and_a_wide_one_is_not(hole, told):
+    """A bore of 0.1 is some three spacings wide."""
+    truth = datasets_synthetic.surface("torus", major=0.5 + hole / 2, minor=0.5 - hole / 2)
+    points = truth.sample(3000, rng=0).points
+    result = recon.reconstruct(points)
+    assert topology(result.mesh.faces).euler == 0
+    assert len(result.thin_loops) == told
+    for loop in result.thin_loops:
+        around = points[loop][:, :2]
+        np.testing.assert_allclose(np.linalg.norm(around, axis=1), hole, atol=0.02)  # next to the bore at its narrowest
+        turns = np.angle((around @ [1, 1j]) / (np.roll(around, 1, axis=0) @ [1, 1j])).sum() / (2 * np.pi)
+        assert abs(turns) == pytest.approx(1)
+
+
+def test_the_command_line_says_where(tmp_path):
+    np.savetxt(tmp_path / "bowl.xyz", bowl(3000, 1.2, 0))
+    run = CliRunner().invoke(
+        main, ["reconstruct", str(tmp_path / "bowl.xyz"), str(tmp_path / "bowl.ply"), "--surface", "closed"]
+    )
+    assert run.exit_code == 0, run.output
+    line = next(line for line in run.output.splitlines() if "doubtful" in line)
+    places = np.array([[float(x) for x in place.split(",")] for place in re.findall(r"\(([^)]*)\)", line)])
+    assert len(places) and ((places[:, 2] < 0.1) & (np.linalg.norm(places, axis=1) > 0.8)).all()  # in the wall
+
+
+@pytest.mark.parametrize("surface", ["open", "complex"])
+def test_of_other_surfaces_no_loops_are_told(surface):
+    assert recon.reconstruct(bowl(1000, 1.2, 0), surface=surface).thin_loops == ()
+
+
 @pytest.mark.parametrize("name", ["torus", "genus_2", "genus_3", "linked_tori"])
 def test_handles_that_samples_show_stay(name):
     truth = datasets_synthetic.surface(name)
@@ -136,7 +181,7 @@ def test_cutting_keeps_the_books():
     ground = evidence.ground
     excess = excesses(ground, evidence.between(sides), np.inf, 1)
     before, given = sides.copy(), excess.copy()
-    grown = cut_thin_handles(ground, sides, evidence.poles, excess, 1)
+    grown, _ = cut_thin_handles(ground, sides, evidence.poles, excess, 1)
     assert (excess == excesses(ground, evidence.between(sides), np.inf, 1)).all()
     assert (excess < 0).sum() + excess[excess > 0].sum() <= (given < 0).sum() + given[given > 0].sum()
     assert grown > 0

@@ -47,7 +47,7 @@ def mended(points: np.ndarray, threads: int = 1) -> tuple[float, np.ndarray]:
     """Energy and sides."""
     evidence, sides = evidence_of(points, threads)
     before = evidence.excesses(evidence.between(sides), np.inf)
-    excess = evidence.repair(sides, before, evidence.pieces(sides), np.inf)
+    excess, _ = evidence.repair(sides, before, evidence.pieces(sides), np.inf)
     np.testing.assert_array_equal(excess, repair.excesses(evidence.ground, evidence.between(sides), np.inf, 1))
     return energy_of(evidence, sides), sides
 

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
 _USED = 0.9  # share of the points
 _BRIDGED = 0.5  # share of the faces
 _TOSS_UP = 0.2  # confidence
+_SHOWN = 3  # loops
 
 
 def remarks(result: Reconstruction, asked: str, alpha: float) -> list[str]:
@@ -43,9 +44,21 @@ def remarks(result: Reconstruction, asked: str, alpha: float) -> list[str]:
     if asked != "complex" and surface["leaks"] > _BRIDGED * faces:
         share = surface["leaks"] / faces
         found.append(f"{share:.0%} of the faces bridge leaks, as the weights are small; {useful(result, alpha)}")
+    if result.thin_loops:
+        found.append(f"doubtful: {_thin(result)}")
     if asked == "auto" and surface["confidence"] < _TOSS_UP:
         found.append(f"{result.surface} or not is a toss-up here; --surface closed, open or terrain decides")
     return found
+
+
+def _thin(result: Reconstruction) -> str:
+    """Where handles are so thin that they may be gaps between samples: the middles of the loops around them."""
+    middles = [result.triangulation.points[loop].mean(axis=0) for loop in result.thin_loops[:_SHOWN]]
+    places = ["(" + ", ".join(f"{x:.4g}" for x in middle) + ")" for middle in middles]
+    number = len(result.thin_loops)
+    what = "1 loop goes" if number == 1 else f"{number} loops go"
+    more = " ..." if number > _SHOWN else ""
+    return f"{what} around thin handles, bores or gaps between samples, at {' '.join(places)}{more}"
 
 
 def useful(result: Reconstruction, alpha: float) -> str:
