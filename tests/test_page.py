@@ -372,6 +372,19 @@ def test_the_report_page_tells_all(report, result, torus):
     assert "critical" not in arrays and meta["points"] == len(torus)
 
 
+def test_the_report_page_shows_doubtful_handles(report):
+    assert "doubtful" not in Reader(report).texts["recon-meta"] and "loops go" not in report
+    points = datasets_synthetic.surface("torus", major=0.54, minor=0.46).sample(1000, spacing="blue", rng=0).points
+    narrow = recon.reconstruct(points)
+    rows = np.concatenate(narrow.thin_loops)
+    page = report_page(narrow, points)
+    assert "1 loop goes around handles so thin" in page
+    meta, arrays = content(page)
+    colour = next(c for c in meta["colours"] if c["label"] == "doubtful handles")
+    red, _, blue = arrays[colour["array"]][: len(points)].T
+    np.testing.assert_array_equal(np.flatnonzero(red > blue), np.sort(rows))
+
+
 def test_the_report_against_a_truth_uses_it_and_says_where_other_weights_give_nothing(torus, monkeypatch, result):
     from recon import pipeline
 

@@ -21,10 +21,11 @@ from ..report import figures_table, shown
 from .charts import histogram
 from .document import document, resource, viewer
 from .raster import as_url, picture
-from .scene import Scene
+from .scene import Colour, Scene
 from .view import colours_of
 
 _SAMPLES = 50_000
+_PLAIN, _DOUBTFUL = (200, 200, 200), (220, 30, 30)  # red, green, blue
 _COMPARED = (
     "vertices", "faces", "euler", "components", "open_edges", "nonmanifold_edges", "self_intersections", "points_used",
     "to_reference_mean", "to_reference_max", "from_reference_max", "area", "volume",
@@ -100,7 +101,8 @@ def report_page(
         ]
     )
     scene = Scene.of(located, mesh)
-    facts, arrays = scene.parts(colours_of(scene, result.weights, mesh, reference, getattr(points, "attributes", {})))
+    colours = colours_of(scene, result.weights, mesh, reference, getattr(points, "attributes", {}))
+    facts, arrays = scene.parts(colours + _doubtful(result, scene))
     facts["note"] = None if len(mesh.faces) else "The mesh has no faces."
     return document(title, f'<main class="report">{body}</main>', facts, arrays, resource("report.css"))
 
@@ -117,10 +119,25 @@ def _lead(result: Reconstruction) -> str:
     whole = "manifold" if not flaws else f"{flaws:,} non-manifold edges and vertices"
     named = {"complex": "The literal boundary of the complex", "open": "An open surface", "terrain": "A terrain"}
     kind = named.get(result.surface, f"A {result.surface} surface")
+    number = len(result.thin_loops)
+    thin = " 1 loop goes" if number == 1 else f" {number:,} loops go"
+    doubt = (
+        f"{thin} around handles so thin that they may be gaps between samples: colour by “doubtful handles” to see where."
+        * (number > 0)
+    )
     return escape(
         f"{kind} of {mesh['faces']:,} triangles in {pieces} through {shown(100.0 * mesh['share_of_points_used'])} % of "
-        f"{figures['points']:,} points: {rim}, {whole}."
+        f"{figures['points']:,} points: {rim}, {whole}.{doubt}"
     )
+
+
+def _doubtful(result: Reconstruction, scene: Scene) -> list[Colour]:
+    """Give the samples around thin handles to colour by, if there are any."""
+    if not result.thin_loops:
+        return []
+    doubt = np.full((len(result.weights), 3), _PLAIN, np.uint8)
+    doubt[np.concatenate(result.thin_loops)] = _DOUBTFUL
+    return [Colour("doubtful", "doubtful handles", "", "the samples around thin handles in red", scene.on_all(doubt))]
 
 
 def _measured(mesh: Mesh, truth: Any, points: NDArray[np.float64]) -> list[Metric]:

@@ -106,7 +106,7 @@ class Colour:
     Attributes
     ----------
     name : str
-        "weight", "error" or "own": what the keys call it.
+        "weight", "error", "own" or "doubtful": what the keys call it.
     label, unit, meaning : str
         For people.
     values : (n + e,) ndarray of float64, or (n + e, 3) ndarray of uint8
