@@ -126,8 +126,8 @@ def test_weights_are_radii_squared_by_attribute_by_quality_and_by_percentage():
     [
         ({"surfase": "Closed"}, "no parameter 'surfase'; did you mean 'surface'"),
         ({"Surface": "Closed"}, "no parameter 'Surface'; did you mean 'surface'"),
-        ({"surface": "closed"}, "expected one of 'Auto', 'Closed', 'Open', 'Complex'"),
-        ({"surface": 4}, "expected one of"),
+        ({"surface": "closed"}, "expected one of 'Auto', 'Closed', 'Open', 'Complex', 'Terrain'"),
+        ({"surface": 5}, "expected one of"),
         ({"surface": True}, "expected one of"),
         ({"clean": 1}, "expected True or False"),
         ({"threads": 1.5}, "expected a whole number"),

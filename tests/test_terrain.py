@@ -13,6 +13,8 @@ from recon.cli import main
 from recon.contracts import CertificateError, DegenerateInput
 from recon.mesh import Mesh
 from recon.samples import Samples
+from recon.stages.meshlab import generate_weighted_alpha_shape
+from recon.stages.open3d import create_from_point_cloud_weighted_alpha_shape
 from recon.terrain import from_above, seen_from_above
 from recon.topology import topology
 
@@ -183,3 +185,17 @@ def test_on_the_command_line(tmp_path):
     assert run.exit_code == 0, run.output
     assert "have one above them" in run.output
     assert is_disk(recon.read_mesh(tmp_path / "terrain.ply"))
+
+
+def test_as_a_stage_of_open3d_and_a_filter_of_meshlab():
+    o3d, pymeshlab = pytest.importorskip("open3d"), pytest.importorskip("pymeshlab")
+    points = forest(np.random.default_rng(0), 2.0)
+    faces = recon.reconstruct(points, surface="terrain").mesh.faces
+    cloud = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(points))
+    np.testing.assert_array_equal(
+        create_from_point_cloud_weighted_alpha_shape(cloud, surface="terrain").triangles, faces
+    )
+    meshes = pymeshlab.MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(points))
+    assert generate_weighted_alpha_shape(meshes, surface="Terrain")["surface"]["kind"] == "terrain"
+    np.testing.assert_array_equal(meshes.current_mesh().face_matrix(), faces)

@@ -41,7 +41,7 @@ def generate_weighted_alpha_shape(mesh_set: Any, **parameters: Any) -> dict[str,
         For uniform weights; 0, the default: the median distance between neighbours.
     alpha : float [L^2]
         Added to all weights.
-    surface : {"Auto", "Closed", "Open", "Complex"}
+    surface : {"Auto", "Closed", "Open", "Complex", "Terrain"}
     denoise : {"Auto", "Yes", "No"}
         Move the points to the local surface first; Auto: where they are noisy.
     clean : bool

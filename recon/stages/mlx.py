@@ -31,7 +31,7 @@ PARAMETERS: dict[str, tuple[str | list[str], Any]] = {
     "weights": (["Adaptive", "Uniform", "Radius attribute", "Quality"], "Adaptive"),
     "radius": ("RichAbsPerc", 0.0),
     "alpha": ("RichFloat", 0.0),
-    "surface": (["Auto", "Closed", "Open", "Complex"], "Auto"),
+    "surface": (["Auto", "Closed", "Open", "Complex", "Terrain"], "Auto"),
     "denoise": (["Auto", "Yes", "No"], "Auto"),
     "clean": ("RichBool", True),
     "radiusattribute": ("RichString", "radius"),
