@@ -185,8 +185,7 @@ class _Evidence:
         self.order = order = spatial_sort.hilbert_order(triangulation.points)
         rank = np.empty(len(order), np.int32)
         rank[order] = np.arange(len(order), dtype=np.int32)
-        # A power of two keeps the sixth powers of lengths in range, and changes nothing else.
-        self.unit = unit = 2.0 ** min(1023.0, -float(np.frexp(np.ptp(triangulation.points, axis=0).max())[1]))
+        self.unit = unit = _unit(triangulation.points)
         self.points, self.weights = triangulation.points[order] * unit, triangulation.weights[order] * unit * unit
         self.spacing = spacing = spacing[order] * unit
         m = len(triangulation.cells)
@@ -335,20 +334,26 @@ class _Evidence:
         return Surface(faces, bridged, kind, confidence, reason, buried, pinched, passed, leaks, flipped)
 
 
+def _unit(points: NDArray[np.float64]) -> float:
+    """A power of two that keeps the sixth powers of lengths in range, and changes nothing else [1/L]."""
+    return 2.0 ** min(1023.0, -float(np.frexp(np.ptp(points, axis=0).max())[1]))
+
+
 def _planar(triangulation: RegularTriangulation, spacing: NDArray[np.float64]) -> Surface:
     """The triangles no wider than a sheet's, all facing the same way."""
-    corners = triangulation.points[triangulation.cells]
+    unit = _unit(triangulation.points)
+    corners = triangulation.points[triangulation.cells] * unit
     a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     twice = np.linalg.norm(np.cross(a, b), axis=1)
     product = np.linalg.norm(a, axis=1) * np.linalg.norm(b, axis=1) * np.linalg.norm(b - a, axis=1)
     radius = product / np.maximum(2 * twice, np.finfo(float).tiny)
-    h = spacing[triangulation.cells].mean(axis=1)
+    h = (spacing * unit)[triangulation.cells].mean(axis=1)
     keep = radius <= OPEN_GATE * h
     around = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).sum(axis=1)
     beside = triangulation.neighbors
     keep |= (keep[beside] & (beside >= 0)).all(axis=1) & (around <= PINHOLE * h)
     faces = triangulation.cells[keep]
-    w = triangulation.weights[faces].mean(axis=1)
+    w = triangulation.weights[faces].mean(axis=1) * unit * unit
     used = len(np.unique(faces))
     buried = len(triangulation.points) - len(triangulation.hidden) - used
     bridged = radius[keep] ** 2 > w

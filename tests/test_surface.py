@@ -148,6 +148,14 @@ def test_points_in_a_plane_give_the_region_they_cover():
     assert (t.euler, t.boundary_loops, t.faces) == (1, 1, 2 * 9 * 11)
 
 
+@pytest.mark.parametrize("surface", ["auto", "terrain"])
+def test_a_plane_is_the_same_at_any_scale(surface):
+    points = np.random.default_rng(0).random((400, 3)) * [1, 1, 0]
+    faces = recon.reconstruct(points, surface=surface).mesh.faces
+    for power in (-490, 330):
+        np.testing.assert_array_equal(recon.reconstruct(points * 2.0**power, surface=surface).mesh.faces, faces)
+
+
 def test_closed_on_request_and_open_on_request():
     points = datasets_synthetic.surface("hemisphere").sample(2000, rng=0).points
     closed = recon.reconstruct(points, surface="closed")
