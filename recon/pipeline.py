@@ -193,7 +193,7 @@ def reconstruct(
     if surface == "complex":
         found = _literal(triangulation)
     elif surface == "terrain":
-        found = _lifted(triangulation, spacing, "asked for", 1.0)
+        found = _lifted(triangulation, spacing, "asked for", 1.0, threads)
     else:
         apart = weighting.line_spacing(ground.hood, threads=threads)
         found = label_surface(triangulation, spacing, surface, apart=apart, threads=threads)
@@ -201,7 +201,7 @@ def reconstruct(
             ground = from_above(samples, threads)
             spacing, w = _weighed(ground, weights, alpha)
             triangulation = regular_triangulation(ground.points, w, threads=threads)
-            found = _lifted(triangulation, spacing, found.reason, found.confidence)
+            found = _lifted(triangulation, spacing, found.reason, found.confidence, threads)
     if len(found.faces) == 0:
         raise DegenerateInput(_nothing_left(found, triangulation, alpha))
 
@@ -280,12 +280,14 @@ def _literal(triangulation: RegularTriangulation) -> Surface:
     return Surface(boundary.facets, bridged, "complex", 1.0, "asked for", buried, 0, 0)
 
 
-def _lifted(plan: RegularTriangulation, spacing: NDArray[np.float64], reason: str, confidence: float) -> Surface:
+def _lifted(
+    plan: RegularTriangulation, spacing: NDArray[np.float64], reason: str, confidence: float, threads: int | None
+) -> Surface:
     """The region that a plan covers, seen from above."""
     if plan.dimension < 2:
         raise DegenerateInput("surface='terrain': seen from above all points lie on a line; z must point up")
     # Where flights overlap samples are dense, and gaps as wide as elsewhere.
-    found = label_surface(plan, np.maximum(spacing, np.median(spacing)))
+    found = label_surface(plan, np.maximum(spacing, np.median(spacing)), threads=threads)
     return replace(found, faces=upward(plan.points, found.faces), kind="terrain", reason=reason, confidence=confidence)
 
 

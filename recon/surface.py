@@ -133,7 +133,7 @@ def label_surface(
         where = ("in one spot", "on a line")[triangulation.dimension]
         raise DegenerateInput(f"points: all lie {where}; a surface needs points that span a plane or more")
     if triangulation.dimension == 2:
-        return _planar(triangulation, apart)
+        return _planar(triangulation, apart, threads)
     if kind == "open":
         return _Evidence(triangulation, apart, flips, threads).open("asked for", 1.0, kind)
     evidence = _Evidence(triangulation, spacing, flips, threads)
@@ -339,22 +339,20 @@ def _unit(points: NDArray[np.float64]) -> float:
     return 2.0 ** min(1023.0, -float(np.frexp(np.ptp(points, axis=0).max())[1]))
 
 
-def _planar(triangulation: RegularTriangulation, spacing: NDArray[np.float64]) -> Surface:
+def _planar(triangulation: RegularTriangulation, spacing: NDArray[np.float64], threads: int | None) -> Surface:
     """The triangles no wider than a sheet's, all facing the same way."""
-    unit = _unit(triangulation.points)
-    corners = triangulation.points[triangulation.cells] * unit
-    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    twice = np.linalg.norm(np.cross(a, b), axis=1)
-    product = np.linalg.norm(a, axis=1) * np.linalg.norm(b, axis=1) * np.linalg.norm(b - a, axis=1)
-    radius = product / np.maximum(2 * twice, np.finfo(float).tiny)
-    h = (spacing * unit)[triangulation.cells].mean(axis=1)
-    keep = radius <= OPEN_GATE * h
-    around = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).sum(axis=1)
-    beside = triangulation.neighbors
-    keep |= (keep[beside] & (beside >= 0)).all(axis=1) & (around <= PINHOLE * h)
-    faces = triangulation.cells[keep]
-    w = triangulation.weights[faces].mean(axis=1) * unit * unit
-    used = len(np.unique(faces))
-    buried = len(triangulation.points) - len(triangulation.hidden) - used
-    bridged = radius[keep] ** 2 > w
+    from ._kernels.complex import used_vertices
+    from ._kernels.forest import narrow_faces
+
+    points, cells, beside = triangulation.points, triangulation.cells, triangulation.neighbors
+    unit, m = _unit(points), len(cells)
+    radius, keep, short = np.empty(m), np.empty(m, np.bool_), np.empty(m, np.bool_)
+    ground = points * unit, spacing * unit, cells, OPEN_GATE, PINHOLE
+    over_ranges(lambda *part: narrow_faces(*ground, *part, radius, keep, short), m, threads)
+    among = np.append(keep, False)  # beyond the hull, -1
+    keep = keep | (short & among[beside[:, 0]] & among[beside[:, 1]] & among[beside[:, 2]])
+    faces = cells[keep]
+    bridged = radius[keep] ** 2 > triangulation.weights[faces].mean(axis=1) * unit * unit
+    used = int(np.count_nonzero(used_vertices(faces, len(points))))
+    buried = len(points) - len(triangulation.hidden) - used
     return Surface(faces, bridged, "planar", 1.0, "all points lie in one plane", buried, 0, 0, int(bridged.sum()))

@@ -188,18 +188,36 @@ def corners_of(cells, facets, opposite):
 
 
 @kernel
+def lengths(points, i, j, k):
+    """Twice the area of a triangle, and its three lengths."""
+    ax, ay, az = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
+    bx, by, bz = points[k, 0] - points[i, 0], points[k, 1] - points[i, 1], points[k, 2] - points[i, 2]
+    nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    aa, bb = ax * ax + ay * ay + az * az, bx * bx + by * by + bz * bz
+    cc = (bx - ax) ** 2 + (by - ay) ** 2 + (bz - az) ** 2
+    return np.sqrt(nx * nx + ny * ny + nz * nz), np.sqrt(aa), np.sqrt(bb), np.sqrt(cc)
+
+
+@kernel
 def areas(points, spacing, faces, widest):
     """Twice the area of the faces with a circumradius above `widest` local spacings, and twice that of all."""
     wide, whole = 0.0, 0.0
     for f in range(len(faces)):
         i, j, k = faces[f]
-        ax, ay, az = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
-        bx, by, bz = points[k, 0] - points[i, 0], points[k, 1] - points[i, 1], points[k, 2] - points[i, 2]
-        nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
-        aa, bb = ax * ax + ay * ay + az * az, bx * bx + by * by + bz * bz
-        cc = (bx - ax) ** 2 + (by - ay) ** 2 + (bz - az) ** 2
-        double = np.sqrt(nx * nx + ny * ny + nz * nz)
+        double, a, b, c = lengths(points, i, j, k)
         whole += double
-        if np.sqrt(aa) * np.sqrt(bb) * np.sqrt(cc) > 2 * double * widest * (spacing[i] + spacing[j] + spacing[k]) / 3:
+        if a * b * c > 2 * double * widest * (spacing[i] + spacing[j] + spacing[k]) / 3:
             wide += double
     return wide, whole
+
+
+@kernel
+def narrow_faces(points, spacing, faces, widest, longest, first, last, radius, narrow, short):
+    """Of faces first to last the circumradius, whether it is at most `widest`, and the length around at most `longest` local spacings."""
+    for f in range(first, last):
+        i, j, k = faces[f]
+        double, a, b, c = lengths(points, i, j, k)
+        h = (spacing[i] + spacing[j] + spacing[k]) / 3
+        radius[f] = a * b * c / (2 * double) if double > 0 else np.inf
+        narrow[f] = radius[f] <= widest * h
+        short[f] = a + b + c <= longest * h
