@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 import weighting
 
+from .contracts import DegenerateInput
 from .samples import Samples
 
 # More than this share of the samples wants mending: of all clouds known, but for lidar over trees and solids full of points, at most a twentieth.
@@ -35,9 +36,16 @@ def from_above(samples: Samples, threads: int | None) -> Samples:
     -------
     Samples
         Lower ones are among those removed.
+
+    Raises
+    ------
+    DegenerateInput
+        All at one place of the plan.
     """
     plan = _plan(samples.points)
     hood = weighting.neighbors(plan, threads=threads)
+    if len(hood.points) == 1:
+        raise DegenerateInput("surface='terrain': seen from above all points lie in one spot; z must point up")
     kept = np.ones(len(plan), bool)
     kept[samples.removed] = False
     # Place by place, removed ones last, the highest first.

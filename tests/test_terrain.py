@@ -164,7 +164,7 @@ def test_a_wall_is_no_terrain():
     wall = np.column_stack([rng.random(200), np.zeros(200), rng.random(200)])
     with pytest.raises(DegenerateInput, match="seen from above all points lie on a line; z must point up"):
         recon.reconstruct(wall, surface="terrain")
-    with pytest.raises(DegenerateInput, match="one spot"):
+    with pytest.raises(DegenerateInput, match="seen from above all points lie in one spot"):
         recon.reconstruct(wall * [0, 0, 1], surface="terrain")
 
 
