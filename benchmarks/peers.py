@@ -117,7 +117,10 @@ def one_spacing(points: Array, near: float) -> Iterator[recon.Mesh]:
 
     triangulation = recon.regular_triangulation(points)
     for factor in FACTORS[::3]:
-        found = label_surface(triangulation, np.full(len(points), factor * near))
+        spacing = np.full(len(points), factor * near)
+        found = label_surface(triangulation, spacing)
+        if found.kind == "terrain":  # has no facets in space
+            found = label_surface(triangulation, spacing, "open")
         yield remove_islands(split_pinches(compact_mesh(points, found.faces))[0])[0]
 
 

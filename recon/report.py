@@ -28,7 +28,7 @@ MEANING = {
     "triangulation.cells": ("count", "tetrahedra of the regular triangulation"),
     "triangulation.hidden_points": ("count", "points that are no vertex of it, as heavier ones hide them"),
     "surface.kind": ("", "how the cloud was read: closed, open, planar, terrain, or the literal complex"),
-    "surface.confidence": ("1", "of the choice between closed and open; 1 where the caller made it"),
+    "surface.confidence": ("1", "of the choice between closed, open and terrain; 1 where the caller made it"),
     "surface.because": ("", "why it was read so"),
     "surface.facets_of_W0": ("count", "facets that are faces of W_0, the weighted alpha shape"),
     "surface.bridged": ("count", "facets of positive size: they bridge a leak of W_0, or an edge was flipped there"),
@@ -101,6 +101,12 @@ class Report:
             lines.append(name)
             lines += [f"  {key.replace('_', ' '):<{width}}  {shown(value)}" for key, value in section.items()]
         return "\n".join(lines)
+
+
+def doubt(loops: int) -> str:
+    """Say what so many thin loops mean."""
+    number = "1 loop goes" if loops == 1 else f"{loops:,} loops go"
+    return f"{number} around handles so thin that they may be gaps between samples"
 
 
 def shown(value: Any) -> str:

@@ -10,6 +10,7 @@ search gives every sample exactly one umbrella of facets. At the end edges are f
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -241,10 +242,15 @@ class _Evidence:
         """The excess umbrellas of every sample, -1 where it is buried."""
         return excesses(self.ground, facets, widest, self.threads)
 
+    @cached_property
+    def seen_from_above(self) -> bool:
+        """Whether the samples are spread as a scanner above does, asked before either reading is repaired."""
+        return seen_from_above(self.points, self.threads)
+
     def terrain(self, excess: NDArray[np.int32], asked: Kind) -> Surface | None:
         """That it is a terrain: where the samples are rugged and seen from above, and the caller did not choose."""
         rugged = np.count_nonzero(excess) / len(excess)
-        if asked != "auto" or rugged <= RUGGED or not seen_from_above(self.points, self.threads):
+        if asked != "auto" or rugged <= RUGGED or not self.seen_from_above:
             return None
         reason = (
             f"{rugged:.0%} of the samples lie on no sheet, and they are spread more evenly in the plan than in space"

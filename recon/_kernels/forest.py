@@ -213,7 +213,7 @@ def areas(points, spacing, faces, widest):
 
 @kernel
 def narrow_faces(points, spacing, faces, widest, longest, first, last, radius, narrow, short):
-    """Of faces first to last the circumradius, whether it is at most `widest`, and the length around at most `longest` local spacings."""
+    """Of faces (f, 3) first to last the circumradius (f,), whether it is at most `widest`, and the length around at most `longest` local spacings."""
     for f in range(first, last):
         i, j, k = faces[f]
         double, a, b, c = lengths(points, i, j, k)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from ..report import doubt
+
 if TYPE_CHECKING:
     from ..pipeline import Reconstruction
 
@@ -56,9 +58,8 @@ def _thin(result: Reconstruction) -> str:
     middles = [result.triangulation.points[loop].mean(axis=0) for loop in result.thin_loops[:_SHOWN]]
     places = ["(" + ", ".join(f"{x:.4g}" for x in middle) + ")" for middle in middles]
     number = len(result.thin_loops)
-    what = "1 loop goes" if number == 1 else f"{number} loops go"
     more = " ..." if number > _SHOWN else ""
-    return f"{what} around thin handles, bores or gaps between samples, at {' '.join(places)}{more}"
+    return f"{doubt(number)}, at {' '.join(places)}{more}"
 
 
 def useful(result: Reconstruction, alpha: float) -> str:

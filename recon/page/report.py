@@ -17,7 +17,7 @@ from ..metrics import Metric, measure
 from ..pipeline import Progress, Reconstruction
 from ..proximity import FaceQueries, area_samples
 from ..references import as_reference
-from ..report import figures_table, shown
+from ..report import doubt, figures_table, shown
 from .charts import histogram
 from .document import document, resource, viewer
 from .raster import as_url, picture
@@ -120,14 +120,10 @@ def _lead(result: Reconstruction) -> str:
     named = {"complex": "The literal boundary of the complex", "open": "An open surface", "terrain": "A terrain"}
     kind = named.get(result.surface, f"A {result.surface} surface")
     number = len(result.thin_loops)
-    thin = " 1 loop goes" if number == 1 else f" {number:,} loops go"
-    doubt = (
-        f"{thin} around handles so thin that they may be gaps between samples: colour by “doubtful handles” to see where."
-        * (number > 0)
-    )
+    thin = f" {doubt(number)}: colour by “doubtful handles” to see where." if number else ""
     return escape(
         f"{kind} of {mesh['faces']:,} triangles in {pieces} through {shown(100.0 * mesh['share_of_points_used'])} % of "
-        f"{figures['points']:,} points: {rim}, {whole}.{doubt}"
+        f"{figures['points']:,} points: {rim}, {whole}.{thin}"
     )
 
 
@@ -135,9 +131,9 @@ def _doubtful(result: Reconstruction, scene: Scene) -> list[Colour]:
     """Give the samples around thin handles to colour by, if there are any."""
     if not result.thin_loops:
         return []
-    doubt = np.full((len(result.weights), 3), _PLAIN, np.uint8)
-    doubt[np.concatenate(result.thin_loops)] = _DOUBTFUL
-    return [Colour("doubtful", "doubtful handles", "", "the samples around thin handles in red", scene.on_all(doubt))]
+    colours = np.full((len(result.weights), 3), _PLAIN, np.uint8)
+    colours[np.concatenate(result.thin_loops)] = _DOUBTFUL
+    return [Colour("doubtful", "doubtful handles", "", "the samples around thin handles in red", scene.on_all(colours))]
 
 
 def _measured(mesh: Mesh, truth: Any, points: NDArray[np.float64]) -> list[Metric]:
