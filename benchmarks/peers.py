@@ -120,7 +120,7 @@ def one_spacing(points: Array, near: float) -> Iterator[recon.Mesh]:
         spacing = np.full(len(points), factor * near)
         found = label_surface(triangulation, spacing)
         if found.kind == "terrain":  # has no facets in space
-            found = label_surface(triangulation, spacing, "open")
+            found = label_surface(triangulation, spacing, "sheets")
         yield remove_islands(split_pinches(compact_mesh(points, found.faces))[0])[0]
 
 

@@ -202,7 +202,17 @@ def compact_mesh(points: NDArray[np.float64], faces: NDArray, attributes: dict[s
 def turned(points: NDArray[np.float64], faces: NDArray[np.int64]) -> NDArray[np.int64]:
     """Faces turned to agree with their neighbours, patches of positive volume."""
     faces = agreeing(faces)
-    patch = patches(faces)
     a, b, c = np.moveaxis((points - points.mean(axis=0))[faces], 1, 0)
-    volume = np.bincount(patch, np.einsum("ij,ij->i", a, np.cross(b, c)))
-    return np.where(volume[patch][:, None] < 0, faces[:, ::-1], faces)
+    return _by_vote(faces, np.einsum("ij,ij->i", a, np.cross(b, c)))
+
+
+def outvoted(faces: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Faces turned to agree with their neighbours, patches the way that most of their faces were."""
+    agreed = agreeing(faces)
+    return _by_vote(agreed, np.where((agreed == faces).all(axis=1), 1.0, -1.0))
+
+
+def _by_vote(faces: NDArray[np.int64], vote: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Patches of agreeing faces, turned where their votes are against them."""
+    patch = patches(faces)
+    return np.where(np.bincount(patch, vote)[patch][:, None] < 0, faces[:, ::-1], faces)

@@ -125,9 +125,10 @@ def reconstruct(
     alpha : float [L^2]
         Added to all weights: W_alpha(S) = W_0(S + alpha) (paper, 2.2).
     surface : {"auto", "closed", "open", "terrain", "complex"}
-        See `recon.surface.label_surface`; "terrain" triangulates the plan (x, y) and lifts it to the heights z; "complex" is the
-        literal boundary of W_alpha, regular and singular facets. Auto is open, too, where more than an eighth of the samples
-        would lie beside the closed surface, once it is clean.
+        See `recon.surface.label_surface`; "open" leaves openings open: the walls that close them, which no samples vouch for, are
+        no part of the surface; "terrain" triangulates the plan (x, y) and lifts it to the heights z; "complex" is the literal
+        boundary of W_alpha, regular and singular facets. Auto and open give sheets, too, where more than an eighth of the
+        samples would lie beside the closed surface, once it is clean.
     attributes : mapping of str to (n, ...) array_like, optional
         Carried over to the vertices of the mesh; those of a `PointCloud` by default.
     clean : bool
@@ -208,10 +209,11 @@ def reconstruct(
     clock.start("clean")
     mesh, shape, copies, islands = _cleaned(located, found, carried, clean, threads)
     beside = 1 - np.count_nonzero(np.bincount(mesh.vertex_source)) / len(samples.hood.points)
-    if surface == "auto" and found.kind == "closed" and beside > BESIDE:
-        found = label_surface(triangulation, spacing, "open", apart=apart, threads=threads)
-        reason = f"{beside:.0%} of the samples would lie beside the closed surface"
-        found = replace(found, reason=reason, confidence=min((beside - BESIDE) / (0.5 - BESIDE), 1.0))
+    if surface in ("auto", "open") and found.walls is not None and beside > BESIDE:
+        found = label_surface(triangulation, spacing, "sheets", apart=apart, threads=threads)
+        if surface == "auto":
+            reason = f"{beside:.0%} of the samples would lie beside the closed surface"
+            found = replace(found, reason=reason, confidence=min((beside - BESIDE) / (0.5 - BESIDE), 1.0))
         mesh, shape, copies, islands = _cleaned(located, found, carried, clean, threads)
     if found.kind == "open" and shape.closed:  # the pieces with a boundary were removed
         found = replace(found, kind="closed")
@@ -342,6 +344,7 @@ def _figures(
             "facets_of_W0": int((~found.bridged).sum()),
             "bridged": int(found.bridged.sum()),
             "buried_points": found.buried,
+            "walls": found.walls,
             "thin_loops": len(found.thin_loops),
             "leaks": found.leaks,
             "flipped_edges": found.flipped_edges,

@@ -35,6 +35,10 @@ MEANING = {
     "surface.leaks": ("count", "facets that bridged a leak of W_0 before edges were flipped"),
     "surface.flipped_edges": ("count", "edges flipped so that the surface bends less"),
     "surface.buried_points": ("count", "vertices of the triangulation that are not on the surface"),
+    "surface.walls": (
+        "",
+        "share of the area of the closed surface in walls, facets wider than those of a sheet: no samples vouch for them",
+    ),
     "surface.thin_loops": (
         "count",
         "loops of at most 5 pi spacings around handles or through them: narrow bores, or gaps between samples",

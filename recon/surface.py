@@ -9,6 +9,7 @@ search gives every sample exactly one umbrella of facets. At the end edges are f
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 
 from .between import facets_between
 from .contracts import DegenerateInput, InvalidInput
-from .mesh import turned
+from .mesh import outvoted, turned
 from .pinholes import pinholes
 from .regular import OUTWARD, RegularTriangulation
 from .repair import excesses, flip_edges, repair
@@ -26,7 +27,7 @@ from .terrain import RUGGED, seen_from_above
 from .threads import over_ranges, together
 from .topology import topology
 
-Kind = Literal["auto", "closed", "open"]
+Kind = Literal["auto", "closed", "open", "sheets"]
 Pieces = tuple[int, NDArray[np.int32], NDArray[np.int64], NDArray[np.int32]]
 OPEN_GATE = 2.5  # widest facet of an open sheet [local spacings]; the rest closes it over its boundary
 PINHOLE = 2 * np.pi * OPEN_GATE  # longest way around a hole no larger than such a facet's circle [local spacings]
@@ -59,6 +60,9 @@ class Surface:
         Bridged facets before edges were flipped.
     flipped_edges : int
         Edges flipped so that the surface bends less.
+    walls : float or None
+        Share of the area of the closed surface in facets wider than those of a sheet: they close openings, and no samples vouch for
+        them. None of sheets, and of what is no surface in space.
     thin_loops : tuple of (k,) ndarray of int64
         Of a closed surface the loops of at most 5 pi spacings around a handle, or through it, one of each homology class, fewest
         edges first, as input rows in order: a bore as narrow as that, or a gap between samples. They are looked for where the
@@ -75,6 +79,7 @@ class Surface:
     passed_over: int
     leaks: int = 0
     flipped_edges: int = 0
+    walls: float | None = None
     thin_loops: tuple[NDArray[np.int64], ...] = ()
 
 
@@ -95,11 +100,12 @@ def label_surface(
         Of points in 3-D. Points in one plane give the planar region they cover.
     spacing : (n,) ndarray of float64 [L]
         Local distance between samples.
-    kind : {"auto", "closed", "open"}
-        Closed: the boundary of a solid, leaks closed by the smallest facets. Open: sheets with a boundary. Auto: closed,
-        unless a quarter of the area of that would be walls, facets wider than those of a sheet, or it falls into bubbles
+    kind : {"auto", "closed", "open", "sheets"}
+        Closed: the boundary of a solid, leaks closed by the smallest facets. Sheets: what the samples show from either side.
+        Auto: closed, unless a quarter of the area of that would be walls, facets wider than those of a sheet, or it falls into bubbles
         of less than 32 samples; and none of both, but a terrain, where more than a sixteenth of the samples would have no single
-        umbrella of facets to begin with, and they are spread more evenly in the plan than in space.
+        umbrella of facets to begin with, and they are spread more evenly in the plan than in space. Open: where auto is
+        closed, the same without its walls, like a bust that is open at its base; sheets elsewhere.
     apart : (n,) ndarray of float64 [L], optional
         Distance between samples where they are widest apart, `weighting.line_spacing`: what facets of a sheet, and walls, are
         measured by. The spacing by default.
@@ -128,48 +134,56 @@ def label_surface(
     apart = spacing if apart is None else apart
     if triangulation.points.shape[1] != 3:
         raise InvalidInput(f"points: a surface needs 3-D points, got {triangulation.points.shape[1]} columns")
-    if kind not in ("auto", "closed", "open"):
-        raise InvalidInput(f"surface: expected 'auto', 'closed' or 'open', got {kind!r}")
+    if kind not in ("auto", "closed", "open", "sheets"):
+        raise InvalidInput(f"surface: expected 'auto', 'closed', 'open' or 'sheets', got {kind!r}")
     if triangulation.dimension < 2:
         where = ("in one spot", "on a line")[triangulation.dimension]
         raise DegenerateInput(f"points: all lie {where}; a surface needs points that span a plane or more")
     if triangulation.dimension == 2:
         return _planar(triangulation, apart, threads)
-    if kind == "open":
-        return _Evidence(triangulation, apart, flips, threads).open("asked for", 1.0, kind)
+    if kind == "sheets":
+        return _Evidence(triangulation, apart, flips, threads).sheets("asked for", 1.0, kind)
     evidence = _Evidence(triangulation, spacing, flips, threads)
 
-    def sheet(reason: str, confidence: float) -> Surface:
-        same = np.array_equal(apart, spacing)
-        return (evidence if same else _Evidence(triangulation, apart, flips, threads)).open(reason, confidence, kind)
+    def by_lines() -> _Evidence:
+        return evidence if np.array_equal(apart, spacing) else _Evidence(triangulation, apart, flips, threads)
+
+    def sheets(reason: str, confidence: float) -> Surface:
+        known = (reason, confidence) if kind == "auto" else ("asked for", 1.0)
+        return by_lines().sheets(*known, kind)
+
+    def walled(walls: float) -> Surface:
+        sure = min((walls - WALLS) / (0.5 - WALLS), 1.0)  # a flat sheet that is closed over is half walls
+        return sheets(f"{walls:.0%} of the closed surface would be walls, facets wider than a sheet's", sure)
 
     sides, passed = evidence.closed_sides()
     facets = evidence.between(sides)
     pieces, walls = together(
         threads,
         lambda: evidence.pieces(sides),
-        lambda: evidence.walls(facets, apart) if kind == "auto" else 0.0,
+        lambda: evidence.walls(facets, apart) if kind != "closed" else 0.0,
     )
-    bubbles = pieces[0] - 2 if kind == "auto" else 0
+    bubbles = pieces[0] - 2 if kind != "closed" else 0
     if bubbles * BUBBLE > len(spacing):
         sure = min(bubbles * BUBBLE / len(spacing) - 1, 1.0)
-        return sheet(f"the closed surface would fall into {bubbles} bubbles", sure)
-    if walls < WALLS:
-        excess = evidence.excesses(facets, np.inf)
-        if terrain := evidence.terrain(excess, kind):
-            return terrain
-        repaired = evidence.repair(sides, excess, pieces, np.inf)
-        facets = evidence.between(sides)
-        if kind == "closed":
-            return evidence.closed(sides, facets, *repaired, passed)
-        walls = evidence.walls(facets, apart)
-        if walls < WALLS:
-            reason = f"only {walls:.1%} of the closed surface is walls, facets wider than a sheet's"
-            return replace(
-                evidence.closed(sides, facets, *repaired, passed), reason=reason, confidence=1 - walls / WALLS
-            )
-    sure = min((walls - WALLS) / (0.5 - WALLS), 1.0)  # a flat sheet that is closed over is half walls
-    return sheet(f"{walls:.0%} of the closed surface would be walls, facets wider than a sheet's", sure)
+        return sheets(f"the closed surface would fall into {bubbles} bubbles", sure)
+    if walls >= WALLS:
+        return walled(walls)
+    excess = evidence.excesses(facets, np.inf)
+    if terrain := evidence.terrain(excess, kind):
+        return terrain
+    repaired = evidence.repair(sides, excess, pieces, np.inf)
+    facets = evidence.between(sides)
+    walls = evidence.walls(facets, apart)
+    if kind != "closed" and walls >= WALLS:
+        return walled(walls)
+    if kind == "open":
+        return replace(by_lines().without_walls(sides, passed), walls=walls)
+    found = replace(evidence.closed(sides, facets, *repaired, passed), walls=walls)
+    if kind == "closed":
+        return found
+    reason = f"only {walls:.1%} of the closed surface is walls, facets wider than a sheet's"
+    return replace(found, reason=reason, confidence=1 - walls / WALLS)
 
 
 class _Evidence:
@@ -296,7 +310,8 @@ class _Evidence:
         faces, bridged = self.rows(self.faces(facets)), self.leak.ravel()[facets]
         buried, pinched = int((excess < 0).sum()), int((excess > 0).sum())
         loops = tuple(self.order[loop] for loop in thin)
-        return Surface(faces, bridged, "closed", 1.0, "asked for", buried, pinched, passed, leaks, flipped, loops)
+        told = buried, pinched, passed, leaks, flipped
+        return Surface(faces, bridged, "closed", 1.0, "asked for", *told, thin_loops=loops)
 
     def pieces(self, sides: NDArray[np.int8]) -> Pieces:
         """Components of nodes of one side: their number, that of each node, and their sizes; and room for `repair`."""
@@ -318,20 +333,37 @@ class _Evidence:
         """Faces in rows of the input."""
         return self.order.astype(np.int32)[faces]
 
-    def open(self, reason: str, confidence: float, asked: Kind) -> Surface:
+    def sheets(self, reason: str, confidence: float, asked: Kind) -> Surface:
         """The facets between one hand and the other that are no wider than a sheet's."""
-        from ._kernels.complex import used_vertices
-
         sides, passed = self.open_sides()
         excess = self.excesses(self.between(sides), OPEN_GATE)
         if terrain := self.terrain(excess, asked):
             return terrain
+        return self.sheet(sides, excess, passed, lambda faces: turned(self.points, faces), reason, confidence)
+
+    def without_walls(self, sides: NDArray[np.int8], passed: int) -> Surface:
+        """The facets between inside and outside that are no wider than a sheet's."""
+        excess = self.excesses(self.between(sides), OPEN_GATE)
+        return self.sheet(sides, excess, passed, outvoted, "asked for: the closed surface without its walls", 1.0)
+
+    def sheet(
+        self,
+        sides: NDArray[np.int8],
+        excess: NDArray[np.int32],
+        passed: int,
+        turn: Callable[[NDArray[np.int64]], NDArray[np.int64]],
+        reason: str,
+        confidence: float,
+    ) -> Surface:
+        """All facets between `sides` that are no wider than a sheet's, once these are mended, and those that close pinholes."""
+        from ._kernels.complex import used_vertices
+
         excess, _ = self.repair(sides, excess, self.pieces(sides), OPEN_GATE)
         facets, leaks, flipped = self.flip_edges(sides, self.between(sides), excess, OPEN_GATE)
         facets = facets[self.gate.ravel()[facets] <= OPEN_GATE]
         cloud, walls = (self.points, self.spacing), (self.nodes, self.gate, *self.stars)
         facets = np.append(facets, pinholes(cloud, walls, self.faces(facets).astype(np.int64), PINHOLE))
-        faces = turned(self.points, self.faces(facets).astype(np.int64)).astype(np.int32)
+        faces = turn(self.faces(facets).astype(np.int64)).astype(np.int32)
         n = len(self.points)
         buried = int((used_vertices(self.cells, n) & ~used_vertices(faces, n)).sum())
         kind = "closed" if topology(faces).closed else "open"

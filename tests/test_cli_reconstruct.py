@@ -14,6 +14,7 @@ from click.testing import CliRunner
 import datasets_synthetic
 import recon
 from recon.cli import main
+from recon.topology import topology
 
 
 def run(*args, stdin=None):
@@ -429,3 +430,14 @@ def test_weights_are_the_squares_of_the_radii_that_the_input_has(cloud, torus, t
     assert np.array_equal(np.unique(rows, axis=0), np.unique(np.sort(facets, axis=1), axis=0))
     refused(run("reconstruct", cloud, tmp_path / "n.ply", "--weights", "radius"), 2, "torus.ply: --weights radius")
     refused(run("alphas", cloud, "--weights", "radius"), 2, "torus.ply: --weights radius")
+
+
+def test_openings_that_are_closed_over_are_told_and_open_leaves_them_open(tmp_path):
+    ball = datasets_synthetic.surface("sphere").sample(3000, rng=0).points
+    recon.write_points(ball[ball[:, 2] > -0.7], tmp_path / "bust.ply")
+    told = run("reconstruct", tmp_path / "bust.ply", tmp_path / "m.ply")
+    line = next(line for line in told.stderr.splitlines() if "--surface open" in line)
+    assert "of the surface closes openings" in line and "bust.ply: 1" in line
+    left = run("reconstruct", tmp_path / "bust.ply", tmp_path / "m.ply", "--surface", "open", "--json")
+    assert left.exit_code == 0 and "openings" not in left.stderr
+    assert topology(recon.read_mesh(tmp_path / "m.ply").faces).boundary_loops == 1

@@ -165,6 +165,55 @@ def test_closed_on_request_and_open_on_request():
     assert closed.report["surface"]["bridged"] > opened.report["surface"]["bridged"]
 
 
+def cut_off(shape: str, n: int, height: float) -> np.ndarray:
+    """Samples of a surface above a height: a body that is open at its base."""
+    points = datasets_synthetic.surface(shape).sample(n, rng=0).points
+    lowest, extent = points[:, 2].min(), np.ptp(points[:, 2])
+    return points[points[:, 2] > lowest + height * extent]
+
+
+@pytest.mark.parametrize(("shape", "chi"), [("sphere", 1), ("bumpy_sphere", 1), ("capsule", 1), ("torus", 0)])
+def test_a_body_open_at_its_base_is_closed_over_it_or_not(shape, chi):
+    points = cut_off(shape, 4000, 0.1)
+    closed, opened = recon.reconstruct(points), recon.reconstruct(points, surface="open")
+    assert (closed.surface, opened.surface) == ("closed", "open")
+    walls = closed.report["surface"]["walls"]
+    assert 0.01 < walls == opened.report["surface"]["walls"] < 0.25 and closed.confidence == pytest.approx(
+        1 - 4 * walls
+    )
+    t = topology(opened.mesh.faces)
+    assert (t.euler, t.boundary_loops, t.manifold, t.oriented) == (chi, 2 - chi, True, True)
+    assert opened.report["mesh"]["share_of_points_used"] > 0.99
+    recon.certify(opened)
+
+    def corners(mesh):  # each face as it is turned, from its lowest row on
+        rows = mesh.vertex_source[mesh.faces]
+        return {tuple(np.roll(row, -int(row.argmin())).tolist()) for row in rows}
+
+    same = corners(opened.mesh) & corners(closed.mesh)
+    assert len(same) > 0.98 * len(opened.mesh.faces)  # the same surface, facing outward too
+
+
+def test_a_cavity_keeps_facing_inward_where_a_body_is_left_open():
+    outer, inner = cut_off("sphere", 6000, 0.02), datasets_synthetic.surface("sphere").sample(1500, rng=1).points / 2
+    result = recon.reconstruct(np.concatenate([outer, inner]), surface="open")
+    faces, outside = result.mesh.vertex_source[result.mesh.faces], len(outer)
+    rows = np.concatenate([outer, inner])
+    normal = np.cross(rows[faces[:, 1]] - rows[faces[:, 0]], rows[faces[:, 2]] - rows[faces[:, 0]])
+    outward = np.einsum("ij,ij->i", normal, rows[faces].mean(axis=1)) > 0
+    assert outward[faces[:, 0] < outside].all() and not outward[faces[:, 0] >= outside].any()
+
+
+def test_sheets_are_read_as_such_even_where_they_enclose_something():
+    points = cut_off("sphere", 2000, 0.1)
+    spacing = weighting.spacing(points)
+    triangulation = recon.regular_triangulation(points, spacing**2)
+    opened, sheets = (label_surface(triangulation, spacing, kind) for kind in ("open", "sheets"))
+    assert opened.walls is not None and sheets.walls is None
+    assert [topology(found.faces).boundary_loops for found in (opened, sheets)] == [1, 1]
+    assert "without its walls" in opened.reason and sheets.reason == "asked for"
+
+
 def test_1500_points_of_a_sphere_have_2996_triangles_at_radius_a_half():
     x = np.random.default_rng(0).normal(size=(1500, 3))
     mesh = recon.alpha_shape(x / np.linalg.norm(x, axis=1)[:, None], 0.5)

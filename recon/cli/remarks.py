@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 _USED = 0.9  # share of the points
 _BRIDGED = 0.5  # share of the faces
 _TOSS_UP = 0.2  # confidence
+_WALLS = 0.05  # share of the area
 _SHOWN = 3  # loops
 
 
@@ -48,7 +49,10 @@ def remarks(result: Reconstruction, asked: str, alpha: float) -> list[str]:
         found.append(f"{share:.0%} of the faces bridge leaks, as the weights are small; {useful(result, alpha)}")
     if result.thin_loops:
         found.append(f"doubtful: {_thin(result)}")
-    if asked == "auto" and surface["confidence"] < _TOSS_UP:
+    if asked == "auto" and result.surface == "closed" and surface["walls"] > _WALLS:
+        share = f"{surface['walls']:.0%}"
+        found.append(f"{share} of the surface closes openings, where no samples are; --surface open leaves them open")
+    elif asked == "auto" and surface["confidence"] < _TOSS_UP:
         found.append(f"{result.surface} or not is a toss-up here; --surface closed, open or terrain decides")
     return found
 
