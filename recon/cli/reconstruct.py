@@ -30,7 +30,7 @@ Examples:
 @click.argument("out", type=PATH)
 @click.option(
     "--surface", type=click.Choice(["auto", "closed", "open", "terrain", "complex"]), default="auto", show_default=True,
-    help="What the mesh is to be; terrain: heights z over x and y; complex: the literal boundary of the weighted alpha complex.",
+    help="What the mesh is to be; open: openings are left open; terrain: heights z over x and y; complex: the literal boundary of the weighted alpha complex.",
 )  # fmt: skip
 @shared("weights")
 @click.option("--alpha", type=Alpha(), default=0.0, show_default=True, help="Added to every weight: a squared length.")
