@@ -206,7 +206,7 @@ def turned(points: NDArray[np.float64], faces: NDArray[np.int64]) -> NDArray[np.
     return _by_vote(faces, np.einsum("ij,ij->i", a, np.cross(b, c)))
 
 
-def outvoted(faces: NDArray[np.int64]) -> NDArray[np.int64]:
+def turned_by_majority(faces: NDArray[np.int64]) -> NDArray[np.int64]:
     """Faces turned to agree with their neighbours, patches the way that most of their faces were."""
     agreed = agreeing(faces)
     return _by_vote(agreed, np.where((agreed == faces).all(axis=1), 1.0, -1.0))

@@ -2,9 +2,10 @@
 
 Two kinds of evidence say it. A facet whose gate (the depth at which it closes, in local spacings) is wide has one side: its two
 cells lie together. A sample lies on the surface: its two poles, the deepest cells on either hand, lie apart. An open sheet has no
-sides to begin with; there each sample says which facets around it cross its tangent plane (`_kernels.tangents`). All evidence
-is taken strongest first into a signed spanning forest; what contradicts stronger evidence is passed over. Then a local
-search gives every sample exactly one umbrella of facets. At the end edges are flipped where the surface bends less by that.
+sides to begin with; there each sample says which facets around it cross its tangent plane (`_kernels.tangents`). A body with an
+opening is a closed surface less its walls. All evidence is taken strongest first into a signed spanning forest; what contradicts
+stronger evidence is passed over. Then a local search gives every sample exactly one umbrella of facets. At the end edges are
+flipped where the surface bends less by that.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from numpy.typing import NDArray
 
 from .between import facets_between
 from .contracts import DegenerateInput, InvalidInput
-from .mesh import outvoted, turned
+from .mesh import turned, turned_by_majority
 from .pinholes import pinholes
 from .regular import OUTWARD, RegularTriangulation
 from .repair import excesses, flip_edges, repair
@@ -344,7 +345,9 @@ class _Evidence:
     def without_walls(self, sides: NDArray[np.int8], passed: int) -> Surface:
         """The facets between inside and outside that are no wider than a sheet's."""
         excess = self.excesses(self.between(sides), OPEN_GATE)
-        return self.sheet(sides, excess, passed, outvoted, "asked for: the closed surface without its walls", 1.0)
+        return self.sheet(
+            sides, excess, passed, turned_by_majority, "asked for: the closed surface without its walls", 1.0
+        )
 
     def sheet(
         self,

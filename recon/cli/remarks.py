@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 _USED = 0.9  # share of the points
 _BRIDGED = 0.5  # share of the faces
 _TOSS_UP = 0.2  # confidence
-_WALLS = 0.05  # share of the area
+_WALLS = 0.05  # share of the area of a closed surface
 _SHOWN = 3  # loops
 
 
