@@ -14,8 +14,9 @@ from .threads import over_ranges
 ROUNDS = 6  # of moves; a search mostly ends after 3
 # A search keeps what it finds first. So where more than ROUGH of the samples want mending it is made in several orders, and of the
 # outcomes the best is kept, place by place: the FIRST times from the sides as they were, then, for a closed surface, AGAIN from
-# those of least walls. (For a sheet, where walls of wide facets are none, these have rents.)
+# those of least walls, and a LAST time from the best. (For a sheet, where walls of wide facets are none, those of least walls have rents.)
 ROUGH, FIRST, AGAIN = 1e-3, 4, 2
+LAST = FIRST + AGAIN  # turn
 
 
 def repair(
@@ -83,11 +84,15 @@ def repair(
             for others, _ in attempts(FIRST, AGAIN):
                 take_better(ground, np.float32(widest), best, others, found)
         sides[:], excess = best, found
+        number = components.number_components(links, sides, component, size)
+        _search(ground, sides, poles, excess, (number, component, size, queue), widest, LAST, threads)
     if widest < np.inf:
         return excess, []
     cut, thin = cut_thin_handles(ground, sides, poles, excess, threads)
-    if cut:
-        _absorb(ground, sides, excess, component, size, threads)
+    if cut and _absorb(ground, sides, excess, component, size, threads):
+        number = components.number_components(links, sides, component, size)
+        _search(ground, sides, poles, excess, (number, component, size, queue), widest, LAST, threads)
+        cut, thin = cut_thin_handles(ground, sides, poles, excess, threads)
     return excess, thin
 
 
@@ -102,6 +107,7 @@ def _search(
     threads: int | None,
 ) -> None:
     """One local search, in place, and of a closed surface small islands absorbed."""
+    from ._kernels.components import number_components
     from ._kernels.repair import search, thin_spots
 
     number, component, size, queue = pieces
@@ -109,9 +115,11 @@ def _search(
     thin = np.zeros(m, np.bool_)
     if widest == np.inf:
         over_ranges(lambda *part: thin_spots(*ground[2:5], sides, *part, thin), m, threads)
-    books = thin, np.zeros((3, len(sides)), np.int64), excess, component, size, queue
-    search(ground, sides, *poles[:2], np.float32(widest), ROUNDS, turn, *books, number)
-    if widest == np.inf:
+    known = ground, sides, *poles[:2], np.float32(widest), ROUNDS, turn, thin
+    search(*known, np.zeros((3, len(sides)), np.int64), excess, component, size, queue, number)
+    if widest == np.inf and _absorb(ground, sides, excess, component, size, threads):
+        number = number_components(ground[3], sides, component, size)
+        search(*known, np.zeros((3, len(sides)), np.int64), excess, component, size, queue, number)
         _absorb(ground, sides, excess, component, size, threads)
 
 
@@ -122,14 +130,17 @@ def _absorb(
     component: NDArray[np.int32],
     size: NDArray[np.int64],
     threads: int | None,
-) -> None:
-    """Give small pieces that are no voids to the other side, in place."""
+) -> bool:
+    """Give small pieces that are no voids to the other side, in place; does that bury samples?"""
     from ._kernels import components, repair
 
     nodes, links, gate = ground[2:5]
     number = components.number_components(links, sides, component, size)
-    if repair.absorb(nodes, links, gate, len(gate), sides, component, size, number):
-        excess[:] = excesses(ground, facets_between(links, sides, len(gate), threads), np.inf, threads)
+    if not repair.absorb(nodes, links, gate, len(gate), sides, component, size, number):
+        return False
+    buried = np.count_nonzero(excess < 0)
+    excess[:] = excesses(ground, facets_between(links, sides, len(gate), threads), np.inf, threads)
+    return bool(np.count_nonzero(excess < 0) > buried)
 
 
 def flip_edges(
