@@ -106,7 +106,7 @@ def _search(
     turn: int,
     threads: int | None,
 ) -> None:
-    """One local search, in place, and of a closed surface small islands absorbed."""
+    """One local search, in place, and of a closed surface small islands absorbed; where that buries samples, one more."""
     from ._kernels.components import number_components
     from ._kernels.repair import search, thin_spots
 
@@ -116,11 +116,11 @@ def _search(
     if widest == np.inf:
         over_ranges(lambda *part: thin_spots(*ground[2:5], sides, *part, thin), m, threads)
     known = ground, sides, *poles[:2], np.float32(widest), ROUNDS, turn, thin
-    search(*known, np.zeros((3, len(sides)), np.int64), excess, component, size, queue, number)
-    if widest == np.inf and _absorb(ground, sides, excess, component, size, threads):
-        number = number_components(ground[3], sides, component, size)
+    for _ in range(2):
         search(*known, np.zeros((3, len(sides)), np.int64), excess, component, size, queue, number)
-        _absorb(ground, sides, excess, component, size, threads)
+        if widest < np.inf or not _absorb(ground, sides, excess, component, size, threads):
+            break
+        number = number_components(ground[3], sides, component, size)
 
 
 def _absorb(

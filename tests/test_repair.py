@@ -188,6 +188,12 @@ def test_searches_are_repeated_where_more_than_a_few_samples_want_mending(part, 
     assert turns == [0]
 
 
+def test_samples_of_an_island_that_is_absorbed_are_reached_again():
+    points = datasets_synthetic.surface("trefoil").sample(400, rng=1).points  # too few for all of the knot
+    report = recon.reconstruct(points, surface="closed", denoise=False).report
+    assert report["surface"]["buried_points"] == 0
+
+
 def test_threads_do_not_change_the_outcome(part):
     alone, together = mended(part, 1), mended(part, 3)
     np.testing.assert_array_equal(alone[1], together[1])
