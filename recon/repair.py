@@ -70,6 +70,10 @@ def repair(
         parts = over_ranges(lambda a, b: [attempt(first + i) for i in range(a, b)], count, threads, 1)
         return list(itertools.chain.from_iterable(parts))
 
+    def search_once_more() -> None:
+        number = components.number_components(links, sides, component, size)
+        _search(ground, sides, poles, excess, (number, component, size, queue), widest, LAST, threads)
+
     if len(rough) <= ROUGH * n:
         _search(ground, sides, poles, excess, pieces, widest, 0, threads)
     else:
@@ -84,14 +88,12 @@ def repair(
             for others, _ in attempts(FIRST, AGAIN):
                 take_better(ground, np.float32(widest), best, others, found)
         sides[:], excess = best, found
-        number = components.number_components(links, sides, component, size)
-        _search(ground, sides, poles, excess, (number, component, size, queue), widest, LAST, threads)
+        search_once_more()
     if widest < np.inf:
         return excess, []
     cut, thin = cut_thin_handles(ground, sides, poles, excess, threads)
     if cut and _absorb(ground, sides, excess, component, size, threads):
-        number = components.number_components(links, sides, component, size)
-        _search(ground, sides, poles, excess, (number, component, size, queue), widest, LAST, threads)
+        search_once_more()
         cut, thin = cut_thin_handles(ground, sides, poles, excess, threads)
     return excess, thin
 
