@@ -43,7 +43,7 @@ from .threads import over_ranges, together, workers
 
 Cells = tuple[NDArray[np.int32], NDArray[np.int32]]
 Slab = tuple[np.int64, float, float]  # an axis and limits
-CELLS = {2: 3, 3: 12}  # room for so many a vertex to begin with: samples of a surface in space take up to ten
+CELLS_PER_VERTEX = {2: 3, 3: 12}  # room to begin with: samples of a surface in space take up to ten
 SHARE = 4096  # cells that a thread takes at a time
 WORTH = 4096  # vertices that are worth a thread
 SLABS = 8  # at most: the thinner they are, the more cells lie in several
@@ -132,7 +132,7 @@ class _Insertion:
     def __init__(self, d: int, points: NDArray, index: NDArray, simplex: NDArray):
         self.d, self.n, self.index = d, len(index), index
         self.points = np.append(points.ravel(), np.full(4, np.nan))
-        self.words = np.empty(8 * (CELLS[d] * self.n + SHARE), np.uint32)
+        self.words = np.empty(8 * (CELLS_PER_VERTEX[d] * self.n + SHARE), np.uint32)
         first = first_cells(d, simplex, self.n)
         self.words[: first.size] = first
         self.taken = first.size // 8
